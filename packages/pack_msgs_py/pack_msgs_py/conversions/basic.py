@@ -1,0 +1,89 @@
+"""Times, vectors, poses: the parts that messages are made of."""
+
+from __future__ import annotations
+
+from math import floor
+
+from builtin_interfaces.msg import Duration as DurationMsg
+from builtin_interfaces.msg import Time as TimeMsg
+from geometry_msgs.msg import Pose as PoseMsg
+from geometry_msgs.msg import Vector3
+
+from pack_msgs_py.cell_values import (
+    Pose,
+)
+from pack_msgs_py.checks import (
+    InvalidValue,
+    check_pose,
+    check_vec3,
+)
+from pack_msgs_py.orientation import ORIENTATIONS
+from pack_msgs_py.values import Vec3
+
+
+def time_to_ros(seconds: float) -> TimeMsg:
+    """Seconds since the epoch as builtin_interfaces/Time."""
+    whole = floor(seconds)
+    nanoseconds = min(999_999_999, round((seconds - whole) * 1e9))
+    return TimeMsg(sec=whole, nanosec=nanoseconds)
+
+
+def time_from_ros(msg: TimeMsg) -> float:
+    """builtin_interfaces/Time as seconds since the epoch."""
+    return float(msg.sec) + 1e-9 * float(msg.nanosec)
+
+
+def duration_to_ros(seconds: float) -> DurationMsg:
+    """Seconds as builtin_interfaces/Duration."""
+    total = round(seconds * 1e9)
+    return DurationMsg(sec=total // 1_000_000_000, nanosec=total % 1_000_000_000)
+
+
+def duration_from_ros(msg: DurationMsg) -> float:
+    """builtin_interfaces/Duration as seconds."""
+    return float(msg.sec) + 1e-9 * float(msg.nanosec)
+
+
+def vector_to_ros(value: Vec3, scale: float = 1.0) -> Vector3:
+    """Three numbers times ``scale`` as geometry_msgs/Vector3."""
+    return Vector3(x=float(value[0] * scale), y=float(value[1] * scale), z=float(value[2] * scale))
+
+
+def vector_from_ros(name: str, msg: Vector3, scale: float = 1.0) -> Vec3:
+    """geometry_msgs/Vector3 times ``scale``; refuses values that are not finite."""
+    x, y, z = check_vec3(name, (msg.x, msg.y, msg.z))
+    return (x * scale, y * scale, z * scale)
+
+
+def pose_to_ros(pose: Pose) -> PoseMsg:
+    """A pose as geometry_msgs/Pose."""
+    msg = PoseMsg()
+    msg.position.x, msg.position.y, msg.position.z = (float(v) for v in pose.position)
+    orientation = msg.orientation
+    orientation.x, orientation.y, orientation.z, orientation.w = (float(v) for v in pose.quaternion)
+    return msg
+
+
+def pose_from_ros(name: str, msg: PoseMsg) -> Pose:
+    """geometry_msgs/Pose as a value; refuses what is not finite or not a unit quaternion."""
+    position, orientation = msg.position, msg.orientation
+    return check_pose(
+        name,
+        Pose(
+            (position.x, position.y, position.z),
+            (orientation.x, orientation.y, orientation.z, orientation.w),
+        ),
+    )
+
+
+def tidy(value: Vec3) -> Vec3:
+    """Millimetres without the noise of the trip through metres (kept to 1 nm)."""
+    x, y, z = (round(v, 6) for v in value)
+    return (x, y, z)
+
+
+def check_orientation(text: str) -> str:
+    if text not in ORIENTATIONS:
+        msg = f'orientation {text!r} must be one of {", ".join(ORIENTATIONS)}'
+        raise InvalidValue(msg)
+    return text

@@ -1,0 +1,93 @@
+"""Parameters as data: one frozen dataclass per node, a description with each field.
+
+A field is declared once, with its range or choices, and from that follow the declaration on the
+node (:mod:`pack_msgs_py.ros_params`), the validation and the table in the package's README.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import MISSING, Field, field, fields
+from typing import Any
+
+Value = bool | int | float | str
+
+
+def parameter(
+    default: Value,
+    description: str,
+    *,
+    unit: str = '',
+    low: float | None = None,
+    high: float | None = None,
+    choices: tuple[str, ...] = (),
+    read_only: bool = False,
+) -> Any:  # noqa: ANN401 - stands where a dataclass default stands
+    """A dataclass field that is a parameter; ``low`` and ``high`` are inclusive."""
+    metadata = {
+        'description': description,
+        'unit': unit,
+        'low': low,
+        'high': high,
+        'choices': choices,
+        'read_only': read_only,
+    }
+    return field(default=default, metadata=metadata)
+
+
+def check_value(spec: Field[Any], value: Value) -> Value:
+    """``value`` if it has the type, range and choice of ``spec``; else ``ValueError``."""
+    name = spec.name
+    kind: type[Any] = type(spec.default)
+    if kind is float and isinstance(value, int) and not isinstance(value, bool):
+        value = float(value)
+    if type(value) is not kind:
+        msg = f'parameter {name} is {value!r}; it must be of type {kind.__name__}'
+        raise ValueError(msg)
+    if isinstance(value, float) and not math.isfinite(value):
+        msg = f'parameter {name} is {value}; it must be finite'
+        raise ValueError(msg)
+    low, high, unit = spec.metadata['low'], spec.metadata['high'], spec.metadata['unit']
+    suffix = f' {unit}' if unit else ''
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        if low is not None and value < low:
+            msg = f'parameter {name} is {value}; it must be at least {low:g}{suffix}'
+            raise ValueError(msg)
+        if high is not None and value > high:
+            msg = f'parameter {name} is {value}; it must be at most {high:g}{suffix}'
+            raise ValueError(msg)
+    choices = spec.metadata['choices']
+    if choices and value not in choices:
+        msg = f'parameter {name} is {value!r}; it must be one of {", ".join(choices)}'
+        raise ValueError(msg)
+    return value
+
+
+def parameter_fields(parameters: type) -> tuple[Field[Any], ...]:
+    """The fields of a parameter dataclass, each checked to have a default."""
+    found = fields(parameters)
+    for one in found:
+        if one.default is MISSING or 'description' not in one.metadata:
+            msg = f'{parameters.__name__}.{one.name} must be declared with parameter()'
+            raise TypeError(msg)
+    return found
+
+
+def parameter_table(parameters: type) -> str:
+    """Markdown table of a parameter dataclass for a README."""
+    lines = ['| parameter | default | range | what it does |', '|---|---|---|---|']
+    for one in parameter_fields(parameters):
+        meta = one.metadata
+        if meta['choices']:
+            span = ', '.join(f'`{choice}`' for choice in meta['choices'])
+        elif meta['low'] is None and meta['high'] is None:
+            span = ''
+        else:
+            low = '' if meta['low'] is None else f'{meta["low"]:g}'
+            high = '' if meta['high'] is None else f'{meta["high"]:g}'
+            span = f'{low} to {high}' if high else f'from {low}'
+        if meta['unit']:
+            span = f'{span} {meta["unit"]}'.strip()
+        default = '(empty)' if one.default == '' else str(one.default).lower()
+        lines.append(f'| `{one.name}` | `{default}` | {span} | {meta["description"]} |')
+    return '\n'.join(lines) + '\n'

@@ -1,0 +1,95 @@
+"""Rule profiles: which packing rules hold, and with which margins."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from pack_msgs_py.orientation import ORIENTATION_RULES, oriented_size
+from pack_msgs_py.values import Box, Int3
+
+
+@dataclass(frozen=True)
+class Profile:
+    """A named set of packing rules (design: 'Rules of a placement').
+
+    Attributes
+    ----------
+    resolution_mm : grid of x, y positions and sizes; sizes are rounded up to it.
+    resolution_z_mm : the same along z.
+    clearance_mm : added to a box's x and y size before rounding, half on each side, so that this
+        much air stays between neighbours and half of it to a wall.
+    orientations : a key of :data:`pack_msgs_py.orientation.ORIENTATION_RULES`.
+    min_vertices : base vertices that must rest on box tops (or all on the floor).
+    support_tolerance_mm : how far below the base a top may lie and still count as supporting.
+    com_margin_mm : least distance of the centre of mass from the edge of the support polygon;
+        ``None`` switches the rule off. Not asked of a box on the floor.
+    min_support_share : least share of the base area that rests on something, 0 to 1.
+    max_payload_kg : heaviest box the arm may lift; ``None`` for no limit.
+    max_bin_weight_kg : heaviest total of a bin; ``None`` for no limit.
+    check_top_load : whether ``Box.max_top_load_n`` is honoured down the stack.
+    """
+
+    name: str
+    resolution_mm: int = 10
+    resolution_z_mm: int = 10
+    clearance_mm: float = 0.0
+    orientations: str = 'largest_not_vertical'
+    min_vertices: int = 3
+    support_tolerance_mm: int = 0
+    com_margin_mm: float | None = None
+    min_support_share: float = 0.0
+    max_payload_kg: float | None = None
+    max_bin_weight_kg: float | None = None
+    check_top_load: bool = False
+
+    def __post_init__(self) -> None:
+        if self.orientations not in ORIENTATION_RULES:
+            known = ', '.join(ORIENTATION_RULES)
+            msg = f'unknown orientation rule {self.orientations!r}: use one of {known}'
+            raise ValueError(msg)
+        if self.resolution_mm < 1 or self.resolution_z_mm < 1:
+            msg = f'resolution must be at least 1 mm, got {self.resolution_mm} mm'
+            raise ValueError(msg)
+
+
+PROFILES: dict[str, Profile] = {
+    # Rules 1 to 4 of the design, as Ojha et al., section II-B.
+    'paper': Profile('paper'),
+    # What a real arm with a suction pad needs; docs/decisions.md says where the margins come from.
+    'cell': Profile(
+        'cell',
+        resolution_z_mm=1,
+        clearance_mm=4.0,
+        orientations='upright',
+        support_tolerance_mm=2,
+        com_margin_mm=15.0,
+        min_support_share=0.5,
+        max_payload_kg=20.0,
+        max_bin_weight_kg=500.0,
+        check_top_load=True,
+    ),
+}
+
+
+def find_profile(name: str) -> Profile:
+    """The profile called ``name``; ``ValueError`` lists the known ones."""
+    try:
+        return PROFILES[name]
+    except KeyError:
+        msg = f'unknown profile {name!r}: use one of {", ".join(PROFILES)}'
+        raise ValueError(msg) from None
+
+
+def _round_up(value: float, step: int) -> int:
+    return math.ceil(round(value / step, 6)) * step
+
+
+def planned_size(box: Box, orientation: str, profile: Profile) -> Int3:
+    """Space to reserve for ``box`` in ``orientation``: rotated, clearance added, rounded up, mm."""
+    dx, dy, dz = oriented_size(box.size_mm, orientation)
+    return (
+        _round_up(dx + profile.clearance_mm, profile.resolution_mm),
+        _round_up(dy + profile.clearance_mm, profile.resolution_mm),
+        _round_up(dz, profile.resolution_z_mm),
+    )

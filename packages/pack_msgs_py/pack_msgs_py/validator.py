@@ -1,0 +1,43 @@
+"""The slow validator: replays what was placed, box by box, and lists every broken rule.
+
+It is the oracle of the tests, the benchmark and the run summary, and knows nothing of the
+planner's engine.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+from pack_msgs_py.profiles import Profile
+from pack_msgs_py.rules import Rule, Violation, violations
+from pack_msgs_py.values import Bin, BinSpec, PlacedBox
+
+
+def validate_sequence(
+    placements: Sequence[PlacedBox], bin_spec: BinSpec, profile: Profile
+) -> list[Violation]:
+    """Replay ``placements`` into an empty bin in order; return every violation."""
+    found: list[Violation] = []
+    for index, placed in enumerate(placements):
+        found.extend(violations(placed, placements[:index], bin_spec, profile))
+    return found
+
+
+def validate_bins(bins: Iterable[Bin], profile: Profile) -> list[Violation]:
+    """Validate each bin, and that no box is in two of them."""
+    found: list[Violation] = []
+    where: dict[str, str] = {}
+    for one in bins:
+        found.extend(validate_sequence(one.boxes, one.spec, profile))
+        for placed in one.boxes:
+            first = where.setdefault(placed.box.id, one.id)
+            if first != one.id:
+                message = f'is in bin {first!r} and in bin {one.id!r}'
+                found.append(Violation(placed.box.id, Rule.DUPLICATE_BOX, message))
+    return found
+
+
+def with_box(target: Bin, placed: PlacedBox) -> Bin:
+    """``target`` with ``placed`` added and its revision grown by one; rules are not checked."""
+    return replace(target, boxes=(*target.boxes, placed), revision=target.revision + 1)
