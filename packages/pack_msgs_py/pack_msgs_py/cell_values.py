@@ -86,6 +86,7 @@ class Decision:
     stamp_s: float = 0.0
     trigger_stamp_s: float = 0.0
     reason: str = ''
+    reject_reason: Reason = Reason.NONE
 
 
 @dataclass(frozen=True)

@@ -129,6 +129,7 @@ def decision_to_ros(decision: Decision, frame_id: str = '') -> PlacementMsg:
         trigger_stamp=time_to_ros(decision.trigger_stamp_s),
         scan_sequence=decision.scan_sequence,
         reason=decision.reason,
+        reject_reason=int(decision.reject_reason),
     )
     msg.header.stamp = time_to_ros(decision.stamp_s)
     msg.header.frame_id = frame_id
@@ -157,6 +158,7 @@ def decision_from_ros(msg: PlacementMsg) -> Decision:
         stamp_s=time_from_ros(msg.header.stamp),
         trigger_stamp_s=time_from_ros(msg.trigger_stamp),
         reason=msg.reason,
+        reject_reason=Reason(msg.reject_reason),
     )
 
 
