@@ -1,0 +1,1 @@
+"""Acts on placements: robot model, motion, physics world, bin journal, action server."""
