@@ -1,0 +1,1 @@
+"""The whole cell: command line, supervisor, recorder, summary, launch files."""

@@ -1,0 +1,71 @@
+"""The command line: ``cell demo``, ``cell run``."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+
+from pack_cell.options import OneLineParser, RunOptions, add_run_options, run_options
+from pack_cell.run import EXIT_USAGE, run
+
+DEMO = ['--count', '40', '--bin', 'LDC', '--look-ahead', '5', '--algorithm', 'mpack_lite']
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """The whole command line as a parser."""
+    from pack_planner.algorithms import ALGORITHMS
+
+    parser = OneLineParser(prog='cell', description='The online bin-packing robot cell.')
+    verbs = parser.add_subparsers(dest='verb', metavar='VERB', required=True)
+    demo = verbs.add_parser(
+        'demo',
+        help='pack 40 real carton sizes into LDC bins with the arm, and report',
+        description='Forty real carton sizes ride the belt; MPackLite with a look-ahead of five '
+        'decides, the arm packs them into LDC bins (120x80x80 cm). Prints a line per box and a '
+        'summary; writes runs/<time>/.',
+    )
+    demo.add_argument('--speed', default='0', metavar='X', help='1 real time, 0 (default) flat out')
+    demo.add_argument('--out', metavar='DIR', help='folder for the results (default runs/<time>)')
+    runner = verbs.add_parser(
+        'run',
+        help='run the cell on boxes and settings of your own',
+        description='Run the cell: conveyor, planner and arm as ROS 2 nodes. Results go to '
+        'summary.json and placements.jsonl in the output folder. Exit code 0: every box in '
+        'exactly one place and no rule broken, or stopped by Ctrl-C; 1: not so; 2: wrong option '
+        'or file; 3: a node died; 4: the run stalled.',
+    )
+    add_run_options(runner, tuple(ALGORITHMS))
+    return parser
+
+
+def _demo_arguments(arguments: argparse.Namespace) -> list[str]:
+    extra = ['--speed', arguments.speed]
+    return ['run', *DEMO, *extra, *(['--out', arguments.out] if arguments.out else [])]
+
+
+def check_boxes(options: RunOptions) -> None:
+    """Refuse a box file that cannot be read, before anything starts; ``ValueError`` says why."""
+    if options.boxes is None:
+        return
+    from conveyor_sim.streams import load_boxes
+
+    load_boxes(options.boxes)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; return its exit code."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    parser = build_parser()
+    parsed = parser.parse_args(given)
+    if parsed.verb == 'demo':
+        parsed = parser.parse_args(_demo_arguments(parsed))
+    options = run_options(parsed)
+    try:
+        check_boxes(options)
+        command = [os.environ.get('PACK_CELL_COMMAND', 'cell'), *given]
+        return run(options, command)
+    except (ValueError, OSError) as error:
+        print(f'cell {given[0]}: {error}', file=sys.stderr)
+        return EXIT_USAGE

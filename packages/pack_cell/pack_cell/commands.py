@@ -1,0 +1,91 @@
+"""The commands that start the nodes, and the parameter files they are given."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+import yaml
+from ament_index_python.packages import PackageNotFoundError, get_package_prefix
+
+from pack_cell.options import RunOptions
+from pack_cell.supervisor import NodeSpec
+
+#: Node name to (package, executable).
+NODES = {
+    'conveyor': ('conveyor_sim', 'conveyor'),
+    'planner': ('pack_planner', 'planner'),
+    'arm_executor': ('arm_executor', 'arm_executor'),
+}
+
+
+def node_parameters(folder: Path, options: RunOptions) -> dict[str, dict[str, Any]]:
+    """Parameters of each node that differ from its defaults, by node name."""
+    state = str(folder / 'state')
+    return {
+        'conveyor': {
+            'boxes_file': str(options.boxes.resolve()) if options.boxes else '',
+            'count': options.count,
+            'seed': options.seed,
+            'look_ahead': options.look_ahead,
+            'speed': options.speed,
+            'state_dir': state,
+        },
+        'planner': {
+            'algorithm': options.algorithm,
+            'profile': options.profile,
+            'orientations': 'upright',
+            'look_ahead': options.look_ahead,
+            'deadline_s': options.deadline_s,
+        },
+        'arm_executor': {
+            'arm': options.arm,
+            'bin_type': options.bin_spec.name,
+            'open_bins': options.open_bins,
+            'profile': options.profile,
+            'orientations': 'upright',
+            'speed': options.speed,
+            'state_dir': state,
+        },
+    }
+
+
+def write_parameters(folder: Path, options: RunOptions) -> dict[str, Path]:
+    """Write one ROS parameter file per node into ``folder/config``; return their paths."""
+    paths = {}
+    target = folder / 'config'
+    target.mkdir(parents=True, exist_ok=True)
+    for name, values in node_parameters(folder, options).items():
+        path = target / f'{name}.param.yaml'
+        path.write_text(yaml.safe_dump({'/**': {'ros__parameters': values}}, sort_keys=False))
+        paths[name] = path
+    return paths
+
+
+def executable(package: str, name: str) -> Path:
+    """Path of an installed node executable; ``FileNotFoundError`` says what to build."""
+    try:
+        path = Path(get_package_prefix(package)) / 'lib' / package / name
+    except PackageNotFoundError:
+        path = Path(package)
+    if not os.access(path, os.X_OK):
+        msg = f'package {package} is not built: run ./cell setup, or colcon build in packages/'
+        raise FileNotFoundError(msg)
+    return path
+
+
+def node_specs(folder: Path, parameters: dict[str, Path]) -> list[NodeSpec]:
+    """How to start each node of a run whose files live in ``folder``."""
+    specs = []
+    for name, (package, program) in NODES.items():
+        command = [
+            sys.executable,
+            str(executable(package, program)),
+            '--ros-args',
+            '--params-file',
+            str(parameters[name]),
+        ]
+        specs.append(NodeSpec(name, command, folder / 'log' / f'{name}.log'))
+    return specs

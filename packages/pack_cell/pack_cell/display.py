@@ -1,0 +1,147 @@
+"""What a run shows on the screen: a line per box, a progress bar, and the summary at the end."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from pack_cell.record import RunRecord
+from pack_msgs_py.cell_values import BoxEvent, Decision, Report
+from pack_msgs_py.codes import BoxEventKind
+from pack_msgs_py.values import Bin
+
+
+class RunDisplay:
+    """Prints a run as it happens; only lines of text where no one looks at a terminal."""
+
+    def __init__(self, record: RunRecord, *, quiet: bool = False) -> None:
+        self.console = Console(highlight=False, soft_wrap=True)
+        self._record = record
+        self._quiet = quiet
+        self._progress = Progress(
+            TextColumn('{task.description}'),
+            BarColumn(bar_width=32),
+            MofNCompleteColumn(),
+            TextColumn('boxes'),
+            TimeElapsedColumn(),
+            console=self.console,
+            transient=True,
+            disable=quiet or not self.console.is_terminal,
+        )
+        self._task = self._progress.add_task('packing', total=None)
+
+    def __enter__(self) -> RunDisplay:
+        self._progress.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._progress.stop()
+
+    def say(self, text: str) -> None:
+        """Print a line above the bar, unless quiet."""
+        if not self._quiet:
+            self.console.print(text)
+
+    def on_change(self, kind: str, value: object) -> None:
+        """Show one change of the record."""
+        if isinstance(value, Report):
+            self._report(value)
+        elif isinstance(value, BoxEvent) and value.event is not BoxEventKind.PLACED:
+            self._event(value)
+        elif isinstance(value, Bin) and kind == 'closed':
+            boxes = f'{len(value.boxes)} boxes'
+            fill = f'{100 * value.fill_rate:.1f} % full'
+            self.say(f'[cyan]       bin {value.id} closed: {boxes}, {fill}[/]')
+        self._progress.update(
+            self._task, completed=self._record.settled, total=self._record.expected
+        )
+
+    def _report(self, report: Report) -> None:
+        box = self._record.boxes.get(report.box_id)
+        decision: Decision | None = self._record.decisions.get(report.box_id)
+        size = 'x'.join(f'{edge:g}' for edge in box.size_mm) if box else '?'
+        if not report.code.box_is_in_bin:
+            self.say(
+                f'[yellow]       {report.box_id} refused for {report.bin_id}: '
+                f'{report.code.name} {report.message}[/]'
+            )
+            return
+        corner = decision.corner_mm if decision else ('?', '?', '?')
+        planning = f'{1e3 * decision.planning_s:6.1f}' if decision else '     ?'
+        note = '' if report.code.value == 0 else f' [red]{report.code.name} {report.message}[/]'
+        colour = 'green' if report.slack_s >= 0 else 'red'
+        total = self._record.expected
+        count = sum(1 for r in self._record.all_reports.values() if r.code.box_is_in_bin)
+        at = '({:>4}, {:>4}, {:>4})'.format(*corner)
+        self.say(
+            f'{count:>3}/{total if total is not None else "?":<3} {report.box_id:<24.24} '
+            f'{size:>13} mm -> {report.bin_id:<7} {at} mm  plan {planning} ms  '
+            f'motion {report.motion_s:4.2f} s  slack [{colour}]{report.slack_s:+5.2f} s[/]{note}'
+        )
+
+    def _event(self, event: BoxEvent) -> None:
+        if event.event is BoxEventKind.REJECTED:
+            reason = event.reason.name.lower()
+            self.say(f'[yellow]       {event.box_id} rejected, {reason}: {event.text}[/]')
+        elif event.event in (BoxEventKind.RETURNED, BoxEventKind.LOST, BoxEventKind.UNKNOWN):
+            self.say(f'[red]       {event.box_id} {event.event.name.lower()}: {event.text}[/]')
+
+    def summary(self, summary: dict[str, Any], folder: object) -> None:
+        """Print the summary of a run as a table."""
+        table = Table(title='Summary', show_header=False, title_justify='left')
+        table.add_column(style='bold')
+        table.add_column()
+        for name, text in summary_lines(summary):
+            table.add_row(name, text)
+        self.console.print(table)
+        for problem in summary['problems']:
+            self.console.print(f'[red]problem:[/] {problem}')
+        self.console.print(f'written to {folder}')
+
+
+def _times(values: dict[str, float | None], scale: float, unit: str, digits: int) -> str:
+    if values['p50'] is None:
+        return 'none'
+    parts = [
+        f'{name} {scale * value:.{digits}f}'
+        for name, value in values.items()
+        if value is not None and name in ('mean', 'p50', 'p95', 'max')
+    ]
+    return f'{", ".join(parts)} {unit}'
+
+
+def _percent(value: float | None) -> str:
+    return 'no bin' if value is None else f'{value:.1f} %'
+
+
+def summary_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    """Name and text of each line of the summary that people read."""
+    boxes = (
+        f'{summary["boxes_supplied"]} supplied, {summary["placed"]} placed, '
+        f'{summary["rejected"]} rejected, {summary["lost"]} lost, '
+        f'{summary["unaccounted"]} unaccounted for'
+    )
+    fill = (
+        f'closed bins {_percent(summary["fill_closed"])}, '
+        f'all bins {_percent(summary["fill_all"])}, '
+        f'first failure {_percent(summary["fill_first_failure"])}'
+    )
+    error = summary['max_pose_error_mm']
+    return [
+        ('boxes', boxes),
+        ('bins', f'{summary["bin"]}: {summary["closed_bins"]} closed, {summary["open_bins"]} open'),
+        ('fill rate', fill),
+        ('cycle time', _times(summary['cycle_time_s'], 1.0, 's', 2)),
+        ('  motion', _times(summary['motion_s'], 1.0, 's', 2)),
+        ('  planning', _times(summary['planning_s'], 1e3, 'ms', 1)),
+        ('  arm planning', _times(summary['arm_planning_s'], 1e3, 'ms', 0)),
+        ('  waiting for belt', _times(summary['wait_s'], 1.0, 's', 2)),
+        ('deadline', f'{summary["deadline_s"]:g} s, {summary["deadline_misses"]} missed'),
+        ('refused goals', str(summary['refused_goals'])),
+        ('rule violations', str(summary['rule_violations'])),
+        ('worst pose error', 'none' if error is None else f'{error:.2f} mm'),
+        ('wall time', f'{summary["wall_time_s"]:.1f} s'),
+    ]

@@ -1,0 +1,67 @@
+"""Keep cells on one machine apart: each holds a ROS domain of its own."""
+
+from __future__ import annotations
+
+import os
+import socket
+
+#: Domains above 101 would use ports of the range Linux hands out to clients.
+HIGHEST_DOMAIN = 101
+
+
+class DomainTaken(RuntimeError):
+    """Another cell already runs in the wanted ROS domain."""
+
+
+class DomainLock:
+    """Holds a ROS domain for this process; freed by the kernel when the process ends."""
+
+    def __init__(self, number: int, holder: socket.socket) -> None:
+        self.number = number
+        self._holder = holder
+
+    def release(self) -> None:
+        """Give the domain back."""
+        self._holder.close()
+
+
+def _try_hold(number: int) -> DomainLock | None:
+    holder = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+    try:
+        # An abstract address: no file to leave behind, and the kernel frees it with the process.
+        holder.bind(f'\0packing-cell-domain-{number}')
+    except OSError:
+        holder.close()
+        return None
+    return DomainLock(number, holder)
+
+
+def hold_domain() -> DomainLock:
+    """Hold ``ROS_DOMAIN_ID`` if it is set, else the first free domain from 0.
+
+    Raises
+    ------
+    DomainTaken
+        Another cell runs in the domain that ``ROS_DOMAIN_ID`` names, or in all of them.
+    ValueError
+        ``ROS_DOMAIN_ID`` is not a whole number from 0 to 232.
+    """
+    wanted = os.environ.get('ROS_DOMAIN_ID', '').strip()
+    if wanted:
+        if not wanted.isdigit() or int(wanted) > 232:
+            msg = f'ROS_DOMAIN_ID is {wanted!r}; it must be a whole number from 0 to 232'
+            raise ValueError(msg)
+        lock = _try_hold(int(wanted))
+        if lock is None:
+            msg = (
+                f'another cell runs in ROS domain {wanted}; '
+                'unset ROS_DOMAIN_ID, or set it to another number'
+            )
+            raise DomainTaken(msg)
+        return lock
+    for number in range(HIGHEST_DOMAIN + 1):
+        lock = _try_hold(number)
+        if lock is not None:
+            return lock
+    msg = f'cells already run in all ROS domains from 0 to {HIGHEST_DOMAIN}'
+    raise DomainTaken(msg)

@@ -1,0 +1,1 @@
+"""The only modules of pack_cell that import ROS."""

@@ -1,0 +1,173 @@
+"""Options of ``cell run`` and ``cell demo``: one place for names, defaults, ranges and texts."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NoReturn
+
+from pack_msgs_py.profiles import PROFILES
+from pack_msgs_py.values import BinSpec, parse_bin
+
+
+class OneLineParser(argparse.ArgumentParser):
+    """An argument parser whose errors are one line on stderr, with exit code 2."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print ``message`` and where to look, and leave with code 2."""
+        self.exit(2, f'{self.prog}: {message} (see {self.prog} --help)\n')
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """Everything that fixes a run. Lengths in millimetres, times in seconds."""
+
+    boxes: Path | None
+    count: int
+    bin_spec: BinSpec
+    open_bins: int
+    look_ahead: int
+    algorithm: str
+    profile: str
+    deadline_s: float
+    speed: float
+    seed: int
+    out: Path | None
+    arm: str
+    respawn: bool
+    stall_timeout_s: float
+    quiet: bool
+
+
+def _number(low: float, high: float, what: str, *, whole: bool, above: bool = False):  # type: ignore[no-untyped-def]
+    """An argparse type: a finite number in [low, high] (or above low), named in the error."""
+
+    def parse(text: str) -> float:
+        try:
+            value = int(text) if whole else float(text)
+        except ValueError:
+            kind = 'a whole number' if whole else 'a number'
+            msg = f'{text!r} is not {kind}'
+            raise argparse.ArgumentTypeError(msg) from None
+        if not math.isfinite(value) or value < low or value > high or (above and value == low):
+            msg = f'{text} is out of range: {what}'
+            raise argparse.ArgumentTypeError(msg)
+        return value
+
+    return parse
+
+
+def _bin(text: str) -> BinSpec:
+    try:
+        return parse_bin(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def add_run_options(parser: argparse.ArgumentParser, algorithms: tuple[str, ...]) -> None:
+    """Add every option of ``cell run`` to ``parser``."""
+    work = parser.add_argument_group('what to pack')
+    work.add_argument(
+        '--boxes',
+        type=Path,
+        metavar='FILE',
+        help='box file, CSV (id,length_mm,width_mm,height_mm,weight_kg; only the sizes are '
+        "required) or a BED-BPP order JSON; default: the project's own stream of 40 cartons",
+    )
+    work.add_argument(
+        '--count',
+        type=_number(0, 1_000_000, 'it must be 0 to 1000000', whole=True),
+        default=0,
+        metavar='N',
+        help='number of boxes; more than the file holds repeats it; 0 (default): all of it once',
+    )
+    work.add_argument(
+        '--seed',
+        type=_number(0, 2**31 - 1, 'it must be 0 to 2147483647', whole=True),
+        default=0,
+        metavar='N',
+        help='0 (default): boxes in the order of the file; else they are shuffled with this seed',
+    )
+    work.add_argument(
+        '--bin',
+        type=_bin,
+        default='LDC',
+        dest='bin_spec',
+        metavar='KIND',
+        help='LDC (default), RC, PAL, EQ, SYN, or LxBxH in centimetres such as 100x60x60',
+    )
+    work.add_argument(
+        '--open-bins',
+        type=_number(1, 3, 'it must be 1, 2 or 3', whole=True),
+        default=2,
+        metavar='N',
+        help='bins open at a time, 1 to 3 (default 2)',
+    )
+    plan = parser.add_argument_group('how to decide')
+    plan.add_argument(
+        '--look-ahead',
+        type=_number(1, 6, 'it must be 1 to 6', whole=True),
+        default=5,
+        metavar='N',
+        help='boxes the planner may choose from, 1 to 6 (default 5)',
+    )
+    plan.add_argument(
+        '--algorithm', choices=algorithms, default='mpack_lite', help='default mpack_lite'
+    )
+    plan.add_argument(
+        '--profile',
+        choices=tuple(PROFILES),
+        default='cell',
+        help='packing rules: cell (default) has the margins that an arm needs, paper has none',
+    )
+    act = parser.add_argument_group('how to act')
+    act.add_argument(
+        '--arm',
+        choices=('physics', 'timed'),
+        default='physics',
+        help='physics (default) moves a robot model in PyBullet; timed only spends the time',
+    )
+    act.add_argument(
+        '--deadline',
+        type=_number(0, 3600, 'it must be above 0 and at most 3600 s', whole=False, above=True),
+        default=5.5,
+        dest='deadline_s',
+        metavar='S',
+        help='seconds a box may take, unhidden planning and motion together (default 5.5)',
+    )
+    act.add_argument(
+        '--speed',
+        type=_number(0, 100, 'it must be 0 to 100', whole=False),
+        default=0.0,
+        metavar='X',
+        help='robot time against wall time: 1 real time, 0 (default) as fast as possible',
+    )
+    act.add_argument(
+        '--respawn',
+        action='store_true',
+        help='start a node again when it dies, instead of ending the run',
+    )
+    act.add_argument(
+        '--stall-timeout',
+        type=_number(5, 3600, 'it must be 5 to 3600 s', whole=False),
+        default=120.0,
+        dest='stall_timeout_s',
+        metavar='S',
+        help='end the run with an error when nothing happens for so long (default 120)',
+    )
+    output = parser.add_argument_group('output')
+    output.add_argument(
+        '--out',
+        type=Path,
+        metavar='DIR',
+        help='folder for summary.json, placements.jsonl, logs (default runs/<time>)',
+    )
+    output.add_argument('--quiet', action='store_true', help='no progress, only the summary')
+
+
+def run_options(arguments: argparse.Namespace) -> RunOptions:
+    """The parsed options as a value."""
+    given = vars(arguments)
+    return RunOptions(**{name: given[name] for name in RunOptions.__dataclass_fields__})

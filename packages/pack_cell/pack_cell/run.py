@@ -1,0 +1,181 @@
+"""``cell run``: start the nodes, watch the run, stop them, write the summary."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from types import FrameType
+
+from pack_cell.commands import node_specs, write_parameters
+from pack_cell.display import RunDisplay
+from pack_cell.domain import DomainTaken, hold_domain
+from pack_cell.options import RunOptions
+from pack_cell.record import RunRecord
+from pack_cell.summary import placement_rows, summarize, write_run
+from pack_cell.supervisor import Supervisor
+
+EXIT_OK = 0
+EXIT_PROBLEM = 1
+EXIT_USAGE = 2
+EXIT_NODE_DIED = 3
+EXIT_STALLED = 4
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How the watching of a run came to its end: an exit code and, unless all is well, why."""
+
+    code: int
+    reason: str = ''
+    details: Sequence[str] = ()
+
+
+class StopRequest:
+    """Set by SIGINT or SIGTERM."""
+
+    def __init__(self) -> None:
+        self.signal: int | None = None
+        for one in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(one, self._on_signal)
+
+    def _on_signal(self, number: int, frame: FrameType | None) -> None:
+        self.signal = number
+
+
+def run_folder(out: Path | None) -> Path:
+    """The folder of this run: ``out``, or a fresh ``runs/<time>`` in the working directory."""
+    if out is not None:
+        return out.resolve()
+    base = Path(os.environ.get('PACK_CELL_RUNS', 'runs')).resolve()
+    name = datetime.now().strftime('%Y%m%d-%H%M%S')
+    folder, number = base / name, 2
+    while folder.exists():
+        folder, number = base / f'{name}-{number}', number + 1
+    return folder
+
+
+def run(options: RunOptions, command: Sequence[str]) -> int:
+    """Run a whole cell as ``options`` say; return the exit code."""
+    began = time.monotonic()
+    folder = run_folder(options.out)
+    if (folder / 'state').exists():
+        print(
+            f'cell run: {folder} already holds a run; choose another --out, or remove it',
+            file=sys.stderr,
+        )
+        return EXIT_USAGE
+    try:
+        lock = hold_domain()
+    except (DomainTaken, ValueError) as error:
+        print(f'cell run: {error}', file=sys.stderr)
+        return EXIT_USAGE
+    os.environ['ROS_DOMAIN_ID'] = str(lock.number)
+    folder.mkdir(parents=True, exist_ok=True)
+    stop = StopRequest()
+    supervisor = Supervisor(
+        node_specs(folder, write_parameters(folder, options)),
+        {'ROS_DOMAIN_ID': str(lock.number), 'PYTHONUNBUFFERED': '1'},
+        respawn=options.respawn,
+    )
+    record = RunRecord()
+    watch = Watch(options, supervisor, record, stop, began)
+    with RunDisplay(record, quiet=options.quiet) as display:
+        if lock.number:
+            display.say(f'this cell runs in ROS domain {lock.number}: export ROS_DOMAIN_ID to join')
+        supervisor.start()
+        try:
+            ending = watch.until_done(display)
+        finally:
+            supervisor.stop()
+            lock.release()
+    problems = [*watch.problems, *([ending.reason] if ending.reason and ending.code else [])]
+    summary = summarize(
+        record,
+        options,
+        command=command,
+        wall_time_s=time.monotonic() - began,
+        first_decision_s=watch.first_decision_s,
+        problems=problems,
+    )
+    write_run(folder, summary, placement_rows(record))
+    display.summary(summary, folder)
+    for line in ending.details:
+        print(f'  | {line}', file=sys.stderr)
+    if ending.code:
+        print(f'cell run: {ending.reason}', file=sys.stderr)
+        return ending.code
+    if ending.reason:
+        print(ending.reason)
+        return EXIT_OK
+    clean = not (summary['lost'] or summary['unaccounted'] or summary['rule_violations'])
+    return EXIT_OK if clean else EXIT_PROBLEM
+
+
+@dataclass
+class Watch:
+    """Listens to the cell until the run is complete, stopped, broken or stalled."""
+
+    options: RunOptions
+    supervisor: Supervisor
+    record: RunRecord
+    stop: StopRequest
+    began: float
+    first_decision_s: float | None = None
+
+    def __post_init__(self) -> None:
+        self.problems: list[str] = []
+        self._last_change = time.monotonic()
+
+    def until_done(self, display: RunDisplay) -> Ending:
+        """Spin the recorder and mind the nodes; return how it ended."""
+        # ROS takes half a second to load; the nodes load theirs meanwhile.
+        import rclpy
+        from rclpy.executors import SingleThreadedExecutor
+        from rclpy.signals import SignalHandlerOptions
+
+        from pack_cell.nodes.recorder import Recorder
+
+        def on_change(kind: str, value: object) -> None:
+            self._last_change = time.monotonic()
+            if kind == 'decision' and self.first_decision_s is None:
+                self.first_decision_s = self._last_change - self.began
+            display.on_change(kind, value)
+
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+        recorder = Recorder(self.record, on_change)
+        executor = SingleThreadedExecutor()
+        executor.add_node(recorder)
+        try:
+            while True:
+                executor.spin_once(timeout_sec=0.1)
+                ending = self._ending(display)
+                if ending is not None:
+                    return ending
+        finally:
+            self.problems += recorder.problems
+            recorder.destroy_node()
+            rclpy.try_shutdown()
+
+    def _ending(self, display: RunDisplay) -> Ending | None:
+        if self.stop.signal is not None:
+            name = signal.Signals(self.stop.signal).name
+            return Ending(EXIT_OK, f'stopped by {name} before the stream ended')
+        for death in self.supervisor.poll():
+            if not death.respawned:
+                return Ending(EXIT_NODE_DIED, str(death), death.tail())
+            self._last_change = time.monotonic()
+            display.say(f'[red]       {death}; started again[/]')
+        if self.record.complete():
+            return Ending(EXIT_OK)
+        idle = time.monotonic() - self._last_change
+        if idle > self.options.stall_timeout_s:
+            left = self.record.supplied - self.record.settled
+            reason = f'nothing has happened for {idle:.0f} s, {left} boxes have not come to an end'
+            return Ending(EXIT_STALLED, reason)
+        return None

@@ -1,0 +1,135 @@
+"""Starts the nodes of a cell as processes, reaps them, restarts them if asked, stops them."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO
+
+#: How long a node may take to end after SIGINT, and again after SIGTERM, before the next step.
+STOP_PATIENCE_S = 5.0
+MAX_RESPAWNS = 10
+
+
+@dataclass(frozen=True)
+class NodeSpec:
+    """One node to run: its name, the command, and where its output goes."""
+
+    name: str
+    command: Sequence[str]
+    log: Path
+
+
+@dataclass
+class _Running:
+    spec: NodeSpec
+    process: subprocess.Popen[bytes]
+    log: IO[bytes]
+    respawns: int = 0
+
+
+@dataclass(frozen=True)
+class Death:
+    """A node that ended although nobody asked it to."""
+
+    name: str
+    code: int
+    log: Path
+    respawned: bool
+
+    def __str__(self) -> str:
+        if self.code < 0:
+            how = f'was killed by {signal.Signals(-self.code).name}'
+        else:
+            how = f'ended with code {self.code}'
+        return f'node {self.name} {how}; its log is {self.log}'
+
+    def tail(self, lines: int = 12) -> list[str]:
+        """The last ``lines`` of the node's log."""
+        text = self.log.read_text(errors='replace') if self.log.exists() else ''
+        return text.splitlines()[-lines:]
+
+
+@dataclass
+class Supervisor:
+    """Owns the processes of one cell.
+
+    Start and poll from the main thread only: the nodes are tied to the thread that started them,
+    so that they end when this process is killed.
+    """
+
+    specs: Sequence[NodeSpec]
+    environment: Mapping[str, str]
+    respawn: bool = False
+    _running: dict[str, _Running] = field(default_factory=dict)
+
+    def start(self) -> None:
+        """Start every node."""
+        for spec in self.specs:
+            spec.log.parent.mkdir(parents=True, exist_ok=True)
+            self._running[spec.name] = self._spawn(spec)
+
+    def _spawn(self, spec: NodeSpec) -> _Running:
+        log = spec.log.open('ab')
+        command = list(spec.command)
+        setpriv = shutil.which('setpriv')
+        if setpriv is not None:  # nodes must not outlive a supervisor that was killed with SIGKILL
+            command = [setpriv, '--pdeathsig', 'TERM', *command]
+        process = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=log,
+            stderr=subprocess.STDOUT,
+            env=dict(os.environ, **self.environment),
+            start_new_session=True,  # Ctrl-C in the terminal reaches the supervisor alone
+        )
+        return _Running(spec, process, log)
+
+    def pids(self) -> dict[str, int]:
+        """Process id of each node that runs, by name."""
+        return {name: one.process.pid for name, one in self._running.items()}
+
+    def poll(self) -> list[Death]:
+        """Reap nodes that ended unasked; start them again if ``respawn`` is set."""
+        deaths = []
+        for name, one in list(self._running.items()):
+            code = one.process.poll()
+            if code is None:
+                continue
+            one.log.close()
+            again = self.respawn and one.respawns < MAX_RESPAWNS
+            if again:
+                fresh = self._spawn(one.spec)
+                fresh.respawns = one.respawns + 1
+                self._running[name] = fresh
+            else:
+                del self._running[name]
+            deaths.append(Death(name, code, one.spec.log, again))
+        return deaths
+
+    def stop(self) -> dict[str, int]:
+        """End every node, politely first; return their exit codes by name."""
+        codes: dict[str, int] = {}
+        for sig in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
+            for one in self._running.values():
+                if one.process.poll() is None:
+                    one.process.send_signal(sig)
+            end = time.monotonic() + STOP_PATIENCE_S
+            for name, one in self._running.items():
+                try:
+                    left = max(0.0, end - time.monotonic())
+                    codes[name] = one.process.wait(timeout=left)
+                except subprocess.TimeoutExpired:
+                    continue
+            if len(codes) == len(self._running):
+                break
+        for one in self._running.values():
+            one.log.close()
+        self._running.clear()
+        return codes

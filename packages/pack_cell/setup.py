@@ -1,0 +1,30 @@
+from glob import glob
+
+from setuptools import find_packages, setup
+
+PACKAGE = 'pack_cell'
+
+setup(
+    name=PACKAGE,
+    version='0.1.0',
+    packages=find_packages(exclude=['test']),
+    package_data={PACKAGE: ['py.typed']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', ['resource/' + PACKAGE]),
+        ('share/' + PACKAGE, ['package.xml']),
+        ('share/' + PACKAGE + '/launch', glob('launch/*.launch.py')),
+    ],
+    install_requires=['setuptools'],
+    extras_require={'test': ['pytest']},
+    zip_safe=True,
+    maintainer='Packing cell maintainers',
+    maintainer_email='maintainers@packing-cell.example.org',
+    description='Launch files, configuration, supervisor, recorder, report, command line',
+    license='Apache-2.0',
+    entry_points={
+        'console_scripts': [
+            'cell = pack_cell.cli:main',
+            'recorder = pack_cell.nodes.recorder:main',
+        ]
+    },
+)
