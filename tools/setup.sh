@@ -35,7 +35,7 @@ setup() {
 venv_digest() {
   {
     printf '%s\n' "$root" "$ros_prefix" "${CELL_PYTHON:-}"
-    cat "$root"/requirements/*.txt "$root"/tools/{setup.sh,patch_ros_wheels.py}
+    cat "$root"/requirements/*.txt "$root/tools/patch_ros_wheels.py"
   } | sha256sum
 }
 
@@ -45,6 +45,7 @@ venv_digest() {
 build_digest() {
   (
     printf '%s\n' "$1"
+    cat "$root/tools/setup.sh"
     cd "$root/packages"
     find . \( -name '.?*' -o -name __pycache__ -o -name test \) -prune -o -type f -print |
       grep -v '^\./\([^/]*\)/\1/.*\.py$' | LC_ALL=C sort
