@@ -1,0 +1,188 @@
+"""Values survive the trip through messages; bad messages are refused with the value."""
+
+import math
+
+import pytest
+
+pytest.importorskip('rclpy')
+
+from pack_msgs.action import PlaceBox  # noqa: E402
+from pack_msgs.msg import (  # noqa: E402
+    BinState,
+    BoxScan,
+    ExecutorState,  # noqa: E402
+)
+from pack_msgs.msg import BoxEvent as BoxEventMsg  # noqa: E402
+from pack_msgs.msg import Placement as PlacementMsg  # noqa: E402
+
+from pack_msgs_py import codes  # noqa: E402
+from pack_msgs_py import conversions as conv  # noqa: E402
+from pack_msgs_py.cell_values import (  # noqa: E402
+    BinSnapshot,
+    BoxEvent,
+    Decision,
+    Pose,
+    Report,
+    Scan,
+    ScannedBox,
+)
+from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin  # noqa: E402
+
+BOX = Box('carton 1', (590.5, 390.0, 270.25), 6.8, (1.0, -2.0, 0.0), 48, 120.0, 'north')
+POSE = Pose((0.3, 0.2, 0.1), (0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)))
+
+
+def test_a_box_survives():
+    assert conv.box_from_ros(conv.box_to_ros(BOX)) == BOX
+
+
+def test_an_unknown_top_load_survives():
+    box = Box('b', (100, 100, 100))
+    assert conv.box_from_ros(conv.box_to_ros(box)).max_top_load_n is None
+
+
+def test_a_scan_survives():
+    item = ScannedBox(BOX, POSE, 12.5, None, 1.25, 3, (2.0, 2.0, 2.0))
+    scan = Scan(7, 100.25, (item,), 'cell', (0.0, -1.0, 0.0), 12, 28)
+    assert conv.scan_from_ros(conv.scan_to_ros(scan)) == (scan, [])
+
+
+def test_bins_survive_with_measured_poses():
+    placed = PlacedBox(BOX, (0, 0, 0), (600, 400, 271), 'xyz', (300.0, 200.0, 100.0))
+    one = Bin('LDC-2', 2, parse_bin('LDC'), (placed,), 'B', 5)
+    snapshot = BinSnapshot(9, 50.5, (one,))
+    msg = conv.bins_to_ros(snapshot, {BOX.id: POSE})
+    assert conv.bins_from_ros(msg) == snapshot
+
+
+def test_bins_that_do_not_accept_boxes_are_left_out_and_the_rest_come_oldest_first():
+    bins = tuple(
+        Bin(f'EQ-{n}', n, parse_bin('EQ'), station=s) for n, s in ((3, 'A'), (2, 'B'), (1, 'C'))
+    )
+    msg = conv.bins_to_ros(BinSnapshot(1, 0.0, bins), {}, {'EQ-1': codes.BinStatus.BLOCKED})
+    assert [one.id for one in conv.bins_from_ros(msg).bins] == ['EQ-2', 'EQ-3']
+
+
+def test_a_decision_survives():
+    decision = Decision(
+        BOX,
+        'LDC-1',
+        1,
+        4,
+        'yxz',
+        (10, 20, 30),
+        (400, 600, 271),
+        POSE,
+        123.5,
+        'mpack_lite',
+        'cell',
+        codes.PlacementStatus.BUDGET,
+        0.002,
+        8,
+        3,
+        10.5,
+        10.25,
+        'least increase',
+    )
+    assert conv.decision_from_ros(conv.decision_to_ros(decision)) == decision
+
+
+def test_an_event_survives():
+    event = BoxEvent(
+        'b', codes.BoxEventKind.REJECTED, codes.Reason.OVERSIZE, 'too long', '', 0, 3.5
+    )
+    assert conv.event_from_ros(conv.event_to_ros(event)) == event
+
+
+@pytest.mark.parametrize('measured', [POSE, None])
+def test_a_report_survives(measured):
+    report = Report(
+        'b',
+        'LDC-1',
+        1,
+        4,
+        codes.ErrorCode.DEADLINE_MISSED,
+        'late',
+        POSE,
+        measured,
+        0.001,
+        0.002,
+        0.003,
+        0.1,
+        0.2,
+        4.5,
+        4.6,
+        -0.1,
+        bytes(range(16)),
+        99.5,
+    )
+    assert conv.report_from_ros(conv.report_to_ros(report)) == report
+
+
+@pytest.mark.parametrize('value', [math.nan, math.inf, -1.0, 0.0])
+def test_one_bad_box_does_not_cost_the_others_of_a_scan(value):
+    good, bad = ScannedBox(BOX, POSE), ScannedBox(Box('bad', (100, 100, 100)), POSE)
+    msg = conv.scan_to_ros(Scan(1, 0.0, (bad, good)))
+    msg.boxes[0].box.size.y = value
+    scan, errors = conv.scan_from_ros(msg)
+    assert [item.box.id for item in scan.boxes] == [BOX.id]
+    assert len(errors) == 1
+    assert 'bad' in errors[0]
+
+
+def test_a_repeated_id_in_a_scan_is_kept_once_and_told():
+    item = ScannedBox(BOX, POSE)
+    scan, errors = conv.scan_from_ros(conv.scan_to_ros(Scan(1, 0.0, (item, item))))
+    assert len(scan.boxes) == 1
+    assert 'twice' in errors[0]
+
+
+def test_a_quaternion_must_have_length_one():
+    msg = conv.decision_to_ros(Decision(BOX, target=Pose((0, 0, 0), (0, 0, 0, 2.0))))
+    with pytest.raises(ValueError, match='length 2.0'):
+        conv.decision_from_ros(msg)
+
+
+def test_planned_geometry_must_be_whole_millimetres():
+    msg = conv.decision_to_ros(Decision(BOX, size_mm=(600, 400, 271)))
+    msg.planned_corner.x = 0.0105
+    with pytest.raises(ValueError, match='10.500 mm'):
+        conv.decision_from_ros(msg)
+
+
+def test_a_bin_whose_size_contradicts_its_name_is_refused():
+    msg = conv.bin_to_ros(
+        Bin('EQ-1', 1, parse_bin('EQ')), {}, conv.time_to_ros(0.0), codes.BinStatus.OPEN
+    )
+    msg.size.x = 1.0
+    with pytest.raises(ValueError, match='EQ'):
+        conv.bin_from_ros(msg)
+
+
+def test_an_empty_scan_message_is_an_empty_scan():
+    assert conv.scan_from_ros(BoxScan())[0].boxes == ()
+
+
+@pytest.mark.parametrize('seconds', [0.0, 0.999999999, 12.3456, 1e9 + 0.25])
+def test_times_survive_within_a_microsecond(seconds):
+    assert conv.time_from_ros(conv.time_to_ros(seconds)) == pytest.approx(seconds, abs=1e-6)
+    assert conv.duration_from_ros(conv.duration_to_ros(-seconds)) == pytest.approx(
+        -seconds, abs=1e-6
+    )
+
+
+@pytest.mark.parametrize(
+    ('enum', 'message', 'prefix'),
+    [
+        (codes.ErrorCode, PlaceBox.Result, ''),
+        (codes.Phase, PlaceBox.Feedback, 'PHASE_'),
+        (codes.BoxEventKind, BoxEventMsg, ''),
+        (codes.Reason, BoxEventMsg, 'REASON_'),
+        (codes.PlacementStatus, PlacementMsg, 'STATUS_'),
+        (codes.Mode, ExecutorState, 'MODE_'),
+        (codes.BinStatus, BinState, 'STATUS_'),
+    ],
+)
+def test_codes_equal_the_constants_of_the_messages(enum, message, prefix):
+    for member in enum:
+        assert getattr(message, prefix + member.name) == member.value
