@@ -7,10 +7,10 @@ by this interpreter's own. Doing it again changes nothing.
 
 from __future__ import annotations
 
-from pathlib import Path
 import re
 import sys
 import sysconfig
+from pathlib import Path
 
 import numpy
 
