@@ -1,0 +1,71 @@
+"""Wrong options and files are one clear line and exit code 2, before anything starts."""
+
+import math
+
+import pytest
+from pack_cell.cli import main
+from pack_cell.options import OneLineParser, add_run_options, run_options
+
+WRONG = [
+    (['--bin', 'LDX'], 'unknown bin'),
+    (['--bin', '0x10x10'], 'out of range'),
+    (['--open-bins', '4'], '1, 2 or 3'),
+    (['--look-ahead', '0'], '1 to 6'),
+    (['--look-ahead', '7'], '1 to 6'),
+    (['--deadline', '-1'], 'above 0'),
+    (['--deadline', 'nan'], 'above 0'),
+    (['--deadline', '0'], 'above 0'),
+    (['--speed', 'inf'], '0 to 100'),
+    (['--count', '-3'], '0 to 1000000'),
+    (['--count', 'many'], 'whole number'),
+    (['--algorithm', 'magic'], 'magic'),
+    (['--profile', 'lab'], 'lab'),
+    (['--seed', '1.5'], 'whole number'),
+    (['--unknown'], 'unrecognized'),
+]
+
+
+@pytest.mark.parametrize(('arguments', 'text'), WRONG)
+def test_a_wrong_option_is_one_line_with_the_value(arguments, text, capsys):
+    with pytest.raises(SystemExit) as caught:
+        main(['run', *arguments])
+    assert caught.value.code == 2
+    error = capsys.readouterr().err
+    assert error.count('\n') == 1
+    assert text in error
+
+
+def test_a_missing_box_file_is_one_line(tmp_path, capsys):
+    assert main(['run', '--boxes', str(tmp_path / 'none.csv')]) == 2
+    error = capsys.readouterr().err
+    assert error.count('\n') == 1
+    assert 'none.csv' in error
+
+
+def test_a_box_file_without_sizes_is_one_line(tmp_path, capsys):
+    path = tmp_path / 'boxes.csv'
+    path.write_text('id,colour\n1,red\n')
+    assert main(['run', '--boxes', str(path)]) == 2
+    error = capsys.readouterr().err
+    assert error.count('\n') == 1
+    assert 'length_mm' in error
+
+
+def test_help_names_every_option(capsys):
+    with pytest.raises(SystemExit) as caught:
+        main(['run', '--help'])
+    assert caught.value.code == 0
+    text = capsys.readouterr().out
+    for option in ('--boxes', '--count', '--bin', '--open-bins', '--look-ahead', '--algorithm'):
+        assert option in text
+    for option in ('--profile', '--deadline', '--speed', '--seed', '--out', '--respawn'):
+        assert option in text
+
+
+def test_defaults_are_the_demo_settings():
+    parser = OneLineParser(prog='cell run')
+    add_run_options(parser, ('mpack_lite',))
+    options = run_options(parser.parse_args([]))
+    assert options.bin_spec.name == 'LDC'
+    assert (options.look_ahead, options.open_bins, options.profile) == (5, 2, 'cell')
+    assert math.isclose(options.deadline_s, 5.5)

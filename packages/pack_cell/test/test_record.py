@@ -1,0 +1,169 @@
+"""The record knows where every box is, and when a run is complete."""
+
+from dataclasses import replace
+
+from pack_cell.options import OneLineParser, add_run_options, run_options
+from pack_cell.record import RunRecord
+from pack_cell.summary import placement_rows, summarize
+
+from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Pose, Report, Scan, ScannedBox
+from pack_msgs_py.codes import BoxEventKind, ErrorCode, Reason
+from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin
+
+BOX = Box('a', (596.0, 396.0, 200.0), 5.0)
+PLACED = PlacedBox(BOX, (0, 0, 0), (600, 400, 200), 'xyz', (300.0, 200.0, 100.0))
+LDC = parse_bin('LDC')
+OPEN = Bin('LDC-1', 1, LDC, (PLACED,), 'A', 1)
+
+
+def scan(*boxes, supplied=1, remaining=0):
+    return Scan(
+        1, 1.0, tuple(ScannedBox(b, Pose()) for b in boxes), 'cell', (0, 0, 0), supplied, remaining
+    )
+
+
+def event(kind, box_id='a', stamp=1.0, **more):
+    return BoxEvent(box_id, kind, stamp_s=stamp, **more)
+
+
+def finished_record():
+    record = RunRecord()
+    record.on_scan(scan(BOX))
+    record.on_decision(
+        Decision(
+            BOX,
+            'LDC-1',
+            1,
+            0,
+            'xyz',
+            (0, 0, 0),
+            (600, 400, 200),
+            planning_s=0.002,
+            stamp_s=2.003,
+            trigger_stamp_s=2.0,
+        )
+    )
+    record.on_event(event(BoxEventKind.PICKED, stamp=3.0))
+    record.on_event(event(BoxEventKind.PLACED, stamp=4.0, bin_id='LDC-1', bin_serial=1))
+    record.on_bins(BinSnapshot(1, 4.0, (OPEN,)))
+    record.on_report(
+        Report(
+            'a',
+            'LDC-1',
+            1,
+            0,
+            measured=Pose(),
+            position_error_m=0.0005,
+            motion_s=4.0,
+            cycle_s=4.1,
+            slack_s=1.4,
+            goal_id=b'1' * 16,
+        )
+    )
+    record.on_scan(scan())
+    return record
+
+
+def options(*arguments):
+    parser = OneLineParser(prog='cell run')
+    add_run_options(parser, ('mpack_lite',))
+    return run_options(parser.parse_args(list(arguments)))
+
+
+def summary_of(record):
+    return summarize(
+        record, options(), command=['cell', 'run'], wall_time_s=1.0, first_decision_s=0.5
+    )
+
+
+def test_a_run_is_complete_when_the_last_box_is_in_its_bin():
+    assert finished_record().complete()
+
+
+def test_a_run_is_not_complete_while_a_box_is_in_the_gripper():
+    record = RunRecord()
+    record.on_scan(scan())
+    record.on_event(event(BoxEventKind.PICKED))
+    assert not record.complete()
+
+
+def test_a_run_is_not_complete_before_the_bins_show_the_box():
+    record = finished_record()
+    record.on_bins(BinSnapshot(2, 5.0, (replace(OPEN, boxes=()),)))
+    assert not record.complete()
+
+
+def test_a_run_is_not_complete_while_boxes_are_to_come():
+    record = finished_record()
+    record.on_scan(scan(remaining=3))
+    assert not record.complete()
+
+
+def test_a_doubled_box_is_found():
+    record = finished_record()
+    record.on_closed(Bin('LDC-0', 9, LDC, (PLACED,)))
+    [line] = record.unaccounted()
+    assert "box 'a' is in 2 places" in line
+
+
+def test_a_vanished_box_is_found():
+    record = finished_record()
+    record.on_bins(BinSnapshot(2, 5.0, (replace(OPEN, boxes=()),)))
+    [line] = record.unaccounted()
+    assert "box 'a' is in 0 places" in line
+
+
+def test_boxes_that_no_topic_showed_are_found():
+    record = finished_record()
+    record.on_scan(scan(supplied=3))
+    assert record.unaccounted() == ['2 boxes were supplied that no topic ever showed']
+
+
+def test_a_closed_bin_leaves_the_open_ones_whatever_comes_first():
+    record = finished_record()
+    record.on_closed(OPEN)
+    record.on_bins(BinSnapshot(1, 4.0, (OPEN,)))
+    assert [one.id for one in record.every_bin()] == ['LDC-1']
+
+
+def test_repeated_and_outdated_events_change_nothing():
+    record = finished_record()
+    assert not record.on_event(event(BoxEventKind.PLACED, stamp=4.0))
+    assert not record.on_event(event(BoxEventKind.PICKED, stamp=3.0))
+    assert record.count(BoxEventKind.PLACED) == 1
+
+
+def test_the_summary_counts_and_measures():
+    summary = summary_of(finished_record())
+    assert (summary['boxes_supplied'], summary['placed'], summary['unaccounted']) == (1, 1, 0)
+    assert summary['cycle_time_s']['p50'] == 5.5 - 1.4
+    assert summary['max_pose_error_mm'] == 0.5
+    assert abs(summary['ros_overhead_s']['max'] - 0.001) < 1e-6
+    assert summary['rule_violations'] == 0
+    assert summary['deadline_misses'] == 0
+    assert summary['fill_closed'] is None
+
+
+def test_the_summary_tells_a_broken_rule():
+    record = finished_record()
+    floating = replace(PLACED, corner_mm=(0, 0, 100))
+    record.on_bins(BinSnapshot(2, 5.0, (replace(OPEN, boxes=(floating,)),)))
+    summary = summary_of(record)
+    assert summary['rule_violations'] > 0
+    assert any('support' in line for line in summary['problems'])
+
+
+def test_a_late_box_is_a_missed_deadline():
+    record = finished_record()
+    record.on_report(Report('a', code=ErrorCode.DEADLINE_MISSED, slack_s=-0.2, goal_id=b'2' * 16))
+    assert summary_of(record)['deadline_misses'] == 1
+
+
+def test_each_box_has_a_row_with_where_it_ended():
+    record = finished_record()
+    record.on_event(BoxEvent('b', BoxEventKind.REJECTED, Reason.OVERSIZE, 'too long', stamp_s=9.0))
+    placed, rejected = placement_rows(record)
+    assert placed['position_mm'] == [0, 0, 0]
+    assert placed['measured_position_mm'] == [300.0, 200.0, 100.0]
+    assert placed['outcome'] == 'placed'
+    assert (rejected['outcome'], rejected['reason']) == ('rejected', 'oversize: too long')

@@ -1,0 +1,105 @@
+"""The supervisor starts, reaps, restarts and stops real processes."""
+
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from pack_cell.supervisor import NodeSpec, Supervisor
+
+PATIENT = 'import signal; print("up", flush=True); signal.pause()'
+FAILING = 'import sys; print("no bins"); sys.exit(7)'
+POLITE = (
+    'import signal, sys\n'
+    'signal.signal(signal.SIGINT, lambda *_: sys.exit(0))\n'
+    'print("up", flush=True)\n'
+    'signal.pause()\n'
+)
+
+
+def spec(folder: Path, name: str, code: str) -> NodeSpec:
+    return NodeSpec(name, [sys.executable, '-c', code], folder / f'{name}.log')
+
+
+def wait_for(condition, seconds=10.0):
+    """Poll ``condition`` until it gives something true; fail after ``seconds``."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        found = condition()
+        if found:
+            return found
+        time.sleep(0.01)
+    pytest.fail(f'{condition} did not come true in {seconds} s')
+
+
+def is_up(one: NodeSpec) -> bool:
+    return one.log.exists() and 'up' in one.log.read_text()
+
+
+def test_a_node_that_dies_is_reported_with_its_code_and_the_end_of_its_log(tmp_path):
+    supervisor = Supervisor([spec(tmp_path, 'planner', FAILING)], {})
+    supervisor.start()
+    [death] = wait_for(supervisor.poll)
+    assert 'planner ended with code 7' in str(death)
+    assert death.tail() == ['no bins']
+    assert supervisor.pids() == {}
+
+
+def test_a_killed_node_is_reported_with_the_signal(tmp_path):
+    one = spec(tmp_path, 'arm', PATIENT)
+    supervisor = Supervisor([one], {})
+    supervisor.start()
+    os.kill(supervisor.pids()['arm'], signal.SIGKILL)
+    [death] = wait_for(supervisor.poll)
+    assert 'killed by SIGKILL' in str(death)
+
+
+def test_with_respawn_a_dead_node_comes_back(tmp_path):
+    one = spec(tmp_path, 'arm', PATIENT)
+    supervisor = Supervisor([one], {}, respawn=True)
+    supervisor.start()
+    first = supervisor.pids()['arm']
+    os.kill(first, signal.SIGKILL)
+    [death] = wait_for(supervisor.poll)
+    assert death.respawned
+    assert supervisor.pids()['arm'] != first
+    supervisor.stop()
+
+
+def test_stop_ends_nodes_with_sigint_first(tmp_path):
+    one = spec(tmp_path, 'polite', POLITE)
+    supervisor = Supervisor([one], {})
+    supervisor.start()
+    wait_for(lambda: is_up(one))
+    assert supervisor.stop() == {'polite': 0}
+
+
+def test_nodes_do_not_outlive_a_supervisor_that_is_killed(tmp_path):
+    log = tmp_path / 'child.log'
+    program = (
+        'import sys, signal\n'
+        'from pathlib import Path\n'
+        'from pack_cell.supervisor import NodeSpec, Supervisor\n'
+        f'one = NodeSpec("child", [sys.executable, "-c", {PATIENT!r}], Path({str(log)!r}))\n'
+        'supervisor = Supervisor([one], {})\n'
+        'supervisor.start()\n'
+        'print(supervisor.pids()["child"], flush=True)\n'
+        'signal.pause()\n'
+    )
+    import subprocess
+
+    parent = subprocess.Popen([sys.executable, '-c', program], stdout=subprocess.PIPE, text=True)
+    child = int(parent.stdout.readline())
+    wait_for(lambda: log.exists() and 'up' in log.read_text())
+    parent.kill()
+    parent.wait()
+
+    def gone() -> bool:
+        try:
+            return Path(f'/proc/{child}/stat').read_text().split()[2] == 'Z'
+        except FileNotFoundError:
+            return True
+
+    wait_for(gone)
