@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import sys
@@ -84,11 +85,12 @@ def run(options: RunOptions, command: Sequence[str]) -> int:
         respawn=options.respawn,
     )
     record = RunRecord()
-    watch = Watch(options, supervisor, record, stop, began)
+    watch = Watch(options, supervisor, record, stop, began, folder)
     with RunDisplay(record, quiet=options.quiet) as display:
         if lock.number:
             display.say(f'this cell runs in ROS domain {lock.number}: export ROS_DOMAIN_ID to join')
         supervisor.start()
+        write_pids(folder, supervisor)
         try:
             ending = watch.until_done(display)
         finally:
@@ -117,6 +119,13 @@ def run(options: RunOptions, command: Sequence[str]) -> int:
     return EXIT_OK if clean else EXIT_PROBLEM
 
 
+def write_pids(folder: Path, supervisor: Supervisor) -> None:
+    """Write the process id of each node to ``pids.json``, for operators and tests."""
+    fresh = folder / 'pids.json.new'
+    fresh.write_text(json.dumps(supervisor.pids()) + '\n')
+    fresh.replace(folder / 'pids.json')
+
+
 @dataclass
 class Watch:
     """Listens to the cell until the run is complete, stopped, broken or stalled."""
@@ -126,6 +135,7 @@ class Watch:
     record: RunRecord
     stop: StopRequest
     began: float
+    folder: Path
     first_decision_s: float | None = None
 
     def __post_init__(self) -> None:
@@ -170,6 +180,7 @@ class Watch:
             if not death.respawned:
                 return Ending(EXIT_NODE_DIED, str(death), death.tail())
             self._last_change = time.monotonic()
+            write_pids(self.folder, self.supervisor)
             display.say(f'[red]       {death}; started again[/]')
         if self.record.complete():
             return Ending(EXIT_OK)
