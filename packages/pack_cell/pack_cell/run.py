@@ -145,11 +145,7 @@ class Watch:
     def until_done(self, display: RunDisplay) -> Ending:
         """Spin the recorder and mind the nodes; return how it ended."""
         # ROS takes half a second to load; the nodes load theirs meanwhile.
-        import rclpy
-        from rclpy.executors import SingleThreadedExecutor
-        from rclpy.signals import SignalHandlerOptions
-
-        from pack_cell.nodes.recorder import Recorder
+        from pack_cell.nodes.recorder import Ears
 
         def on_change(kind: str, value: object) -> None:
             self._last_change = time.monotonic()
@@ -157,20 +153,15 @@ class Watch:
                 self.first_decision_s = self._last_change - self.began
             display.on_change(kind, value)
 
-        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-        recorder = Recorder(self.record, on_change)
-        executor = SingleThreadedExecutor()
-        executor.add_node(recorder)
+        ears = Ears(self.record, on_change)
         try:
             while True:
-                executor.spin_once(timeout_sec=0.1)
+                ears.listen(0.1)
                 ending = self._ending(display)
                 if ending is not None:
                     return ending
         finally:
-            self.problems += recorder.problems
-            recorder.destroy_node()
-            rclpy.try_shutdown()
+            self.problems += ears.close()
 
     def _ending(self, display: RunDisplay) -> Ending | None:
         if self.stop.signal is not None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TypeVar
+from typing import TypeVar, cast
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from pack_msgs_py.parameters import check_value, parameter_fields
+from pack_msgs_py.parameters import Value, check_value, parameter_fields
 
 T = TypeVar('T')
 
@@ -36,7 +36,8 @@ def declare_parameters(node: Node, parameters: type[T]) -> T:
     values = {}
     for one in specs:
         given = overrides.get(one.name)
-        value = check_value(one, one.default if given is None else given.value)
+        default = cast(Value, one.default)
+        value = check_value(one, default if given is None else given.value)
         node.declare_parameter(one.name, value, _descriptor(one), ignore_override=True)
         values[one.name] = value
     return parameters(**values)

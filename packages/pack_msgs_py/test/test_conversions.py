@@ -6,18 +6,17 @@ import pytest
 
 pytest.importorskip('rclpy')
 
-from pack_msgs.action import PlaceBox  # noqa: E402
-from pack_msgs.msg import (  # noqa: E402
+from pack_msgs.action import PlaceBox
+from pack_msgs.msg import (
     BinState,
     BoxScan,
-    ExecutorState,  # noqa: E402
+    ExecutorState,
 )
-from pack_msgs.msg import BoxEvent as BoxEventMsg  # noqa: E402
-from pack_msgs.msg import Placement as PlacementMsg  # noqa: E402
-
-from pack_msgs_py import codes  # noqa: E402
-from pack_msgs_py import conversions as conv  # noqa: E402
-from pack_msgs_py.cell_values import (  # noqa: E402
+from pack_msgs.msg import BoxEvent as BoxEventMsg
+from pack_msgs.msg import Placement as PlacementMsg
+from pack_msgs_py import codes
+from pack_msgs_py import conversions as conv
+from pack_msgs_py.cell_values import (
     BinSnapshot,
     BoxEvent,
     Decision,
@@ -26,7 +25,7 @@ from pack_msgs_py.cell_values import (  # noqa: E402
     Scan,
     ScannedBox,
 )
-from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin  # noqa: E402
+from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin
 
 BOX = Box('carton 1', (590.5, 390.0, 270.25), 6.8, (1.0, -2.0, 0.0), 48, 120.0, 'north')
 POSE = Pose((0.3, 0.2, 0.1), (0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)))
@@ -139,14 +138,14 @@ def test_a_repeated_id_in_a_scan_is_kept_once_and_told():
 
 def test_a_quaternion_must_have_length_one():
     msg = conv.decision_to_ros(Decision(BOX, target=Pose((0, 0, 0), (0, 0, 0, 2.0))))
-    with pytest.raises(ValueError, match='length 2.0'):
+    with pytest.raises(ValueError, match=r'length 2\.0'):
         conv.decision_from_ros(msg)
 
 
 def test_planned_geometry_must_be_whole_millimetres():
     msg = conv.decision_to_ros(Decision(BOX, size_mm=(600, 400, 271)))
     msg.planned_corner.x = 0.0105
-    with pytest.raises(ValueError, match='10.500 mm'):
+    with pytest.raises(ValueError, match=r'10\.500 mm'):
         conv.decision_from_ros(msg)
 
 

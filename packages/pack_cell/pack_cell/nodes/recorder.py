@@ -10,12 +10,13 @@ from collections.abc import Callable
 from typing import Any
 
 import rclpy
-from pack_msgs.msg import BinState, BinStateArray, BoxEvent, BoxScan, Placement, PlacementReport
 from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 
 from pack_cell.record import RunRecord
+from pack_msgs.msg import BinState, BinStateArray, BoxEvent, BoxScan, Placement, PlacementReport
 from pack_msgs_py import conversions, qos
 
 #: Called with the kind of change ('decision', 'report', 'event', 'closed') and the new value.
@@ -91,6 +92,27 @@ class Recorder(Node):
         self.record.on_closed(one)
         if not known:
             self._listener('closed', one)
+
+
+class Ears:
+    """A recorder that is spun by its owner, step by step; leaves signals to the owner."""
+
+    def __init__(self, record: RunRecord, listener: Listener) -> None:
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+        self._recorder = Recorder(record, listener)
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self._recorder)
+
+    def listen(self, seconds: float) -> None:
+        """Handle one message, or return after ``seconds``."""
+        self._executor.spin_once(timeout_sec=seconds)
+
+    def close(self) -> list[str]:
+        """Stop listening; return what was wrong with messages that could not be used."""
+        problems = self._recorder.problems
+        self._recorder.destroy_node()
+        rclpy.try_shutdown()
+        return problems
 
 
 def main(args: list[str] | None = None) -> None:

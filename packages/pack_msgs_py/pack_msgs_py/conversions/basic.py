@@ -83,6 +83,7 @@ def tidy(value: Vec3) -> Vec3:
 
 
 def check_orientation(text: str) -> str:
+    """``text`` if it names one of the six orientations."""
     if text not in ORIENTATIONS:
         msg = f'orientation {text!r} must be one of {", ".join(ORIENTATIONS)}'
         raise InvalidValue(msg)

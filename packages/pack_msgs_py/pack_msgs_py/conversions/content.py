@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from builtin_interfaces.msg import Time as TimeMsg
+
 from pack_msgs.msg import (
     BinState,
     BinStateArray,
 )
 from pack_msgs.msg import Box as BoxMsg
 from pack_msgs.msg import PlacedBox as PlacedBoxMsg
-
 from pack_msgs_py.cell_values import (
     BinSnapshot,
     Pose,

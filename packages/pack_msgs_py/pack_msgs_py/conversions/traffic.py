@@ -9,7 +9,6 @@ from pack_msgs.msg import (
 )
 from pack_msgs.msg import Placement as PlacementMsg
 from pack_msgs.msg import ScannedBox as ScannedBoxMsg
-
 from pack_msgs_py.cell_values import (
     BoxEvent,
     Decision,

@@ -1,0 +1,126 @@
+"""Each node starts alone, waits for the others in any order, and stops when it is told."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from pack_cell.commands import NODES, executable
+
+PARAMETERS = {
+    'conveyor': ['-p', 'count:=4', '-p', 'speed:=0.0'],
+    'planner': ['-p', 'deadline_s:=60.0', '-p', 'orientations:=upright'],
+    'arm_executor': ['-p', 'arm:=timed', '-p', 'speed:=0.0', '-p', 'orientations:=upright'],
+}
+
+
+def start(name: str, log: Path, *more: str) -> subprocess.Popen[bytes]:
+    package, program = NODES[name]
+    command = [sys.executable, str(executable(package, program)), '--ros-args', *PARAMETERS[name]]
+    return subprocess.Popen([*command, *more], stdout=log.open('wb'), stderr=subprocess.STDOUT)
+
+
+@pytest.fixture
+def nodes(tmp_path: Path, ros_domain: int) -> Iterator[dict[str, subprocess.Popen[bytes]]]:
+    running: dict[str, subprocess.Popen[bytes]] = {}
+    yield running
+    for process in running.values():
+        if process.poll() is None:
+            process.kill()
+        process.wait()
+
+
+@pytest.fixture
+def watched(ros_domain: int):
+    """A recorder in this process, and a way to wait for what it hears."""
+    import rclpy
+    from rclpy.executors import SingleThreadedExecutor
+
+    from pack_cell.nodes.recorder import Recorder
+    from pack_cell.record import RunRecord
+
+    context = rclpy.Context()
+    rclpy.init(context=context, domain_id=ros_domain)
+    changed = threading.Condition()
+    record = RunRecord()
+
+    def on_change(kind: str, value: object) -> None:
+        with changed:
+            changed.notify_all()
+
+    recorder = Recorder(record, on_change, context=context)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(recorder)
+    thread = threading.Thread(target=executor.spin, daemon=True)
+    thread.start()
+
+    def wait_until(condition, seconds: float = 40.0) -> bool:
+        with changed:
+            return changed.wait_for(lambda: condition(record), seconds)
+
+    yield wait_until
+    executor.shutdown()
+    recorder.destroy_node()
+    rclpy.try_shutdown(context=context)
+    thread.join(timeout=5)
+
+
+@pytest.mark.parametrize('order', list(itertools.permutations(NODES)), ids='-'.join)
+def test_the_nodes_find_each_other_in_any_order(nodes, watched, tmp_path, order) -> None:
+    seen = []
+    for name in order:
+        nodes[name] = start(name, tmp_path / f'{name}.log')
+        seen.append(name)
+    assert watched(lambda record: len(record.reports) >= 4), [
+        (tmp_path / f'{name}.log').read_text() for name in order
+    ]
+    assert all(process.poll() is None for process in nodes.values())
+
+
+@pytest.mark.parametrize('name', list(NODES))
+@pytest.mark.parametrize('sig', [signal.SIGINT, signal.SIGTERM], ids=['SIGINT', 'SIGTERM'])
+def test_a_node_alone_stops_with_code_0(nodes, ros_domain, tmp_path, name, sig) -> None:
+    from rclpy_probe import wait_for_node
+
+    log = tmp_path / f'{name}.log'
+    nodes[name] = start(name, log)
+    wait_for_node(name, ros_domain)
+    assert nodes[name].poll() is None, log.read_text()
+    nodes[name].send_signal(sig)
+    assert nodes[name].wait(timeout=5) == 0, log.read_text()
+    assert 'Traceback' not in log.read_text()
+
+
+@pytest.mark.parametrize(
+    ('name', 'parameter'),
+    [
+        ('conveyor', 'look_ahead:=0'),
+        ('conveyor', 'boxes_file:=/does/not/exist.csv'),
+        ('planner', 'algorithm:=magic'),
+        ('planner', 'deadline_s:=-1.0'),
+        ('planner', 'look_ahaed:=5'),
+        ('arm_executor', 'bin_type:=LDX'),
+        ('arm_executor', 'open_bins:=4'),
+    ],
+)
+def test_a_wrong_parameter_ends_a_node_with_code_2_and_its_name(
+    nodes, tmp_path, name, parameter
+) -> None:
+    log = tmp_path / f'{name}.log'
+    nodes[name] = start(name, log, '-p', parameter)
+    assert nodes[name].wait(timeout=20) == 2, log.read_text()
+    assert parameter.split(':=')[0] in log.read_text()
+    assert 'Traceback' not in log.read_text()
+
+
+@pytest.mark.parametrize('name', list(NODES))
+def test_an_installed_node_is_an_executable_of_its_package(name) -> None:
+    assert os.access(executable(*NODES[name]), os.X_OK)

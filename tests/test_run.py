@@ -1,0 +1,145 @@
+"""The cell packs real boxes and accounts for each of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from cell_process import CellProcess
+
+from pack_cell.summary import execution_profile
+from pack_msgs_py.validator import validate_sequence
+from pack_msgs_py.values import Box, PlacedBox, parse_bin
+
+Start = Callable[..., CellProcess]
+
+TIMED = ('--arm', 'timed', '--deadline', '60')
+
+
+def replay(cell: CellProcess) -> dict[int, list[PlacedBox]]:
+    """The placed boxes of the record by bin, in the order of the record."""
+    bins: dict[int, list[PlacedBox]] = {}
+    for row in cell.placements():
+        if row['outcome'] != 'placed':
+            continue
+        placed = PlacedBox(
+            Box(row['box_id'], tuple(row['size_mm']), row['weight_kg']),
+            tuple(row['position_mm']),
+            tuple(row['placed_size_mm']),
+            row['orientation'],
+            tuple(row['measured_position_mm']),
+        )
+        bins.setdefault(row['bin_serial'], []).append(placed)
+    return bins
+
+
+def assert_rules_hold(cell: CellProcess, bin_type: str, profile: str = 'cell') -> None:
+    for boxes in replay(cell).values():
+        found = validate_sequence(boxes, parse_bin(bin_type), execution_profile(profile))
+        assert found == [], '\n'.join(map(str, found))
+
+
+def assert_every_box_in_one_place(cell: CellProcess, count: int) -> None:
+    summary, rows = cell.summary(), cell.placements()
+    assert summary['boxes_supplied'] == count, cell.text()
+    assert summary['placed'] + summary['rejected'] == count, cell.text()
+    assert (summary['lost'], summary['unaccounted']) == (0, 0), summary['problems']
+    assert len({row['box_id'] for row in rows}) == len(rows) == count
+
+
+def test_the_arm_packs_twelve_boxes_where_the_planner_says(start_cell: Start) -> None:
+    cell = start_cell('--count', '12')
+    assert cell.wait() == 0, cell.text()
+    assert_every_box_in_one_place(cell, 12)
+    assert_rules_hold(cell, 'LDC')
+    summary = cell.summary()
+    assert summary['placed'] == 12, cell.text()
+    assert summary['rule_violations'] == 0
+    assert summary['max_pose_error_mm'] < 5.0
+    for boxes in replay(cell).values():
+        for placed in boxes:
+            centre = [c + s / 2 for c, s in zip(placed.corner_mm, placed.size_mm, strict=True)]
+            assert placed.measured_mm is not None
+            assert math.dist(centre[:2], placed.measured_mm[:2]) < 5.0, placed
+            height = placed.corner_mm[2] + placed.box.size_mm[2] / 2
+            assert abs(height - placed.measured_mm[2]) < 5.0, placed
+
+
+@pytest.mark.parametrize('bin_type', ['EQ', 'SYN', '100x70x60'])
+def test_bins_are_closed_and_swapped_and_the_rules_hold(start_cell: Start, bin_type: str) -> None:
+    cell = start_cell('--count', '60', '--bin', bin_type, '--open-bins', '1', *TIMED)
+    assert cell.wait() == 0, cell.text()
+    assert_every_box_in_one_place(cell, 60)
+    assert_rules_hold(cell, bin_type)
+    summary = cell.summary()
+    assert summary['closed_bins'] >= 2
+    assert summary['fill_closed'] > 10.0
+    assert summary['fill_first_failure'] is not None
+
+
+def test_the_same_seed_gives_the_same_plan(start_cell: Start) -> None:
+    plans = []
+    for _ in range(2):
+        cell = start_cell('--count', '25', '--seed', '7', *TIMED)
+        assert cell.wait() == 0, cell.text()
+        rows = sorted(cell.placements(), key=lambda row: row['box_id'])
+        plans.append([(r['box_id'], r['bin_serial'], r['position_mm']) for r in rows])
+    assert plans[0] == plans[1]
+
+
+def test_bad_rows_of_a_box_file_are_rejected_and_the_rest_is_packed(
+    start_cell: Start, tmp_path: Path
+) -> None:
+    path = tmp_path / 'boxes.csv'
+    path.write_text(
+        'id,length_mm,width_mm,height_mm,weight_kg\n'
+        'good-1,300,200,150,2.0\n'
+        'nan,nan,200,150,2.0\n'
+        'weightless,300,200,150,0\n'
+        'good-1,300,200,150,2.0\n'
+        'too-long,1900,200,150,2.0\n'
+        'too-heavy,300,200,150,45\n'
+        'good-2,250,200,150,2.0\n'
+    )
+    cell = start_cell('--boxes', str(path), *TIMED)
+    assert cell.wait() == 0, cell.text()
+    summary = cell.summary()
+    assert (summary['boxes_supplied'], summary['placed'], summary['rejected']) == (7, 2, 5)
+    assert (summary['lost'], summary['unaccounted']) == (0, 0), summary['problems']
+    reasons = {row['reason'].split(':')[0] for row in cell.placements() if row['reason']}
+    assert reasons == {'invalid_data', 'duplicate_id', 'oversize', 'overweight'}
+
+
+def test_a_missed_deadline_is_told_and_nothing_moves_when_it_cannot_be_met(
+    start_cell: Start,
+) -> None:
+    cell = start_cell(
+        '--count', '3', '--arm', 'timed', '--deadline', '0.5', '--stall-timeout', '15'
+    )
+    code = cell.wait()
+    summary = cell.summary()
+    assert summary['placed'] == 0
+    assert 'DEADLINE_UNREACHABLE' in summary['goal_codes']
+    assert summary['lost'] == 0
+    assert code in (0, 4), cell.text()
+
+
+def test_two_cells_at_once_do_not_disturb_each_other(start_cell: Start, ros_domain: int) -> None:
+    first = start_cell('--count', '20', *TIMED)
+    second = start_cell('--count', '15', *TIMED, domain=ros_domain + 101)
+    assert first.wait() == 0, first.text()
+    assert second.wait() == 0, second.text()
+    assert_every_box_in_one_place(first, 20)
+    assert_every_box_in_one_place(second, 15)
+
+
+def test_a_second_cell_in_the_same_domain_is_refused(start_cell: Start) -> None:
+    first = start_cell('--count', '0', '--arm', 'timed', '--speed', '1')
+    first.wait_for_placements(1)
+    second = start_cell('--count', '5', *TIMED)
+    assert second.wait() == 2
+    assert 'another cell runs in ROS domain' in second.text()
+    first.interrupt()
+    assert first.wait() == 0
