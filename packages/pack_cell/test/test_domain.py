@@ -1,6 +1,7 @@
 """Cells on one machine keep out of each other's ROS domain."""
 
 import pytest
+
 from pack_cell.domain import DomainTaken, hold_domain
 
 

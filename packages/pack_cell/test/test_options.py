@@ -3,6 +3,7 @@
 import math
 
 import pytest
+
 from pack_cell.cli import main
 from pack_cell.options import OneLineParser, add_run_options, run_options
 

@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 
 import pytest
+
 from pack_cell.supervisor import NodeSpec, Supervisor
 
 PATIENT = 'import signal; print("up", flush=True); signal.pause()'
