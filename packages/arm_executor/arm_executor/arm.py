@@ -36,20 +36,23 @@ class PlaceRequest:
     pick : centre of the box when it is grasped, frame `cell`.
     station : where the target bin stands, 'A', 'B' or 'C'.
     target : centre of the box at rest, bin frame of the station.
+    belt : other boxes that wait on the belt meanwhile, and their centres, frame `cell`; the path
+        keeps clear of them.
     """
 
     box: Box
     pick: Pose
     station: str
     target: Pose
+    belt: tuple[tuple[Box, Pose], ...] = ()
 
 
 @dataclass(frozen=True)
 class MotionPlan:
     """A checked motion that is ready to run.
 
-    ``predicted_s`` is robot time from start to the arm being clear of the bin, grip and release
-    included. ``planning_s`` is what planning cost in wall-clock seconds. ``detail`` belongs to the
+    ``predicted_s`` is robot time from start to the arm waiting above the pick point again, grip
+    and release included. ``planning_s`` is what planning cost in wall-clock seconds. ``detail`` belongs to the
     arm that made the plan.
     """
 

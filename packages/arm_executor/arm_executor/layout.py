@@ -1,0 +1,300 @@
+"""Where everything stands in the cell, and whether it fits.
+
+Frame `cell`: x along the rail, +y towards the infeed, z up, origin on the floor under the middle
+of the rail. Metres, seconds, kilograms. ``config/layout.yaml`` holds the same values as the
+defaults here; docs/architecture.md describes them.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+from pack_msgs_py.cell_values import Pose
+from pack_msgs_py.values import BinSpec, Vec3
+
+STATIONS = ('A', 'B', 'C')
+
+#: Bins without a front wall (y = 0), and bins without any wall.
+OPEN_FRONT = frozenset({'RC'})
+NO_WALLS = frozenset({'PAL'})
+
+
+@dataclass(frozen=True)
+class Rail:
+    """The linear axis that carries the arm along x. Speed, acceleration and force are assumed."""
+
+    x_min: float = -2.4
+    x_max: float = 2.4
+    speed: float = 1.5
+    acceleration: float = 3.0
+    force: float = 3000.0
+    base_height: float = 1.30
+    pedestal_radius: float = 0.15
+
+
+@dataclass(frozen=True)
+class Tool:
+    """A suction mast: a thin tube with a square pad at its end."""
+
+    length: float = 0.50
+    diameter: float = 0.06
+    pad_edge: float = 0.09
+    mass: float = 3.0
+
+
+@dataclass(frozen=True)
+class Conveyor:
+    """The head of the belt; ``tallest_box`` is what the waiting arm leaves room for."""
+
+    width: float = 0.70
+    front_y: float = 0.55
+    length: float = 1.60
+    top_z: float = 0.75
+    tallest_box: float = 0.45
+
+
+@dataclass(frozen=True)
+class Stations:
+    """Where bins stand: A and B beside the belt, C behind the rail."""
+
+    gap_x: float = 0.45
+    near_y: float = 0.55
+    near_y_open_front: float = 0.85
+    deck_z: float = 0.15
+    wall: float = 0.02
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The whole cell."""
+
+    rail: Rail = field(default_factory=Rail)
+    tool: Tool = field(default_factory=Tool)
+    conveyor: Conveyor = field(default_factory=Conveyor)
+    stations: Stations = field(default_factory=Stations)
+
+
+@dataclass(frozen=True)
+class Block:
+    """A named axis-aligned block, frame `cell`, metres."""
+
+    name: str
+    low: Vec3
+    high: Vec3
+
+    @property
+    def centre(self) -> Vec3:
+        """Middle of the block."""
+        x, y, z = ((a + b) / 2 for a, b in zip(self.low, self.high, strict=True))
+        return (x, y, z)
+
+    @property
+    def size(self) -> Vec3:
+        """Edge lengths."""
+        x, y, z = (b - a for a, b in zip(self.low, self.high, strict=True))
+        return (x, y, z)
+
+    def overlaps(self, other: Block) -> bool:
+        """Whether the two share volume; touching faces do not."""
+        return all(
+            a < d - 1e-9 and c < b - 1e-9
+            for a, b, c, d in zip(self.low, self.high, other.low, other.high, strict=True)
+        )
+
+
+class LayoutError(ValueError):
+    """The layout cannot be built; the message names the value or the parts that overlap."""
+
+
+@dataclass(frozen=True)
+class BinFrame:
+    """A bin frame in `cell`: its origin and its turn about z (0, or pi at station C)."""
+
+    origin: Vec3
+    yaw: float
+
+    def to_cell(self, pose: Pose) -> Pose:
+        """``pose`` given in the bin frame, in `cell`."""
+        return self._moved(pose, self.origin, self.yaw)
+
+    def from_cell(self, pose: Pose) -> Pose:
+        """``pose`` given in `cell`, in the bin frame."""
+        cosine, sine = math.cos(self.yaw), math.sin(self.yaw)
+        x, y, z = self.origin
+        inverse = (-cosine * x - sine * y, sine * x - cosine * y, -z)
+        return self._moved(pose, inverse, -self.yaw)
+
+    @staticmethod
+    def _moved(pose: Pose, origin: Vec3, yaw: float) -> Pose:
+        cosine, sine = math.cos(yaw), math.sin(yaw)
+        x, y, z = pose.position
+        position = (
+            origin[0] + cosine * x - sine * y,
+            origin[1] + sine * x + cosine * y,
+            origin[2] + z,
+        )
+        half_sine, half_cosine = math.sin(yaw / 2), math.cos(yaw / 2)
+        qx, qy, qz, qw = pose.quaternion
+        quaternion = (
+            half_cosine * qx - half_sine * qy,
+            half_cosine * qy + half_sine * qx,
+            half_cosine * qz + half_sine * qw,
+            half_cosine * qw - half_sine * qz,
+        )
+        return Pose(position, quaternion)
+
+
+def bin_frame(layout: Layout, station: str, spec: BinSpec) -> BinFrame:
+    """Frame of a bin of kind ``spec`` at ``station``; :class:`LayoutError` for another station."""
+    length = spec.size_mm[0] / 1000
+    place = layout.stations
+    near = place.near_y_open_front if spec.name in OPEN_FRONT else place.near_y
+    if station == 'A':
+        return BinFrame((-place.gap_x - length, near, place.deck_z), 0.0)
+    if station == 'B':
+        return BinFrame((place.gap_x, near, place.deck_z), 0.0)
+    if station == 'C':
+        return BinFrame((length / 2, -near, place.deck_z), math.pi)
+    msg = f'no station {station!r} in this cell: use one of {", ".join(STATIONS)}'
+    raise LayoutError(msg)
+
+
+def bin_blocks(layout: Layout, station: str, spec: BinSpec) -> tuple[Block, ...]:
+    """Deck and walls of a bin as blocks in `cell`."""
+    length, breadth, height = (edge / 1000 for edge in spec.size_mm)
+    wall, deck = layout.stations.wall, layout.stations.deck_z
+    parts: list[tuple[str, Vec3, Vec3]] = [
+        ('floor', (-wall, -wall, -deck), (length + wall, breadth + wall, 0.0))
+    ]
+    if spec.name not in NO_WALLS:
+        parts += [
+            ('left wall', (-wall, 0.0, 0.0), (0.0, breadth, height)),
+            ('right wall', (length, 0.0, 0.0), (length + wall, breadth, height)),
+            ('back wall', (-wall, breadth, 0.0), (length + wall, breadth + wall, height)),
+        ]
+        if spec.name not in OPEN_FRONT:
+            parts.append(('front wall', (-wall, -wall, 0.0), (length + wall, 0.0, height)))
+    frame = bin_frame(layout, station, spec)
+    return tuple(_block(frame, f'bin {station} {name}', low, high) for name, low, high in parts)
+
+
+def _block(frame: BinFrame, name: str, low: Vec3, high: Vec3) -> Block:
+    one, two = frame.to_cell(Pose(low)).position, frame.to_cell(Pose(high)).position
+    pairs = [(min(a, b), max(a, b)) for a, b in zip(one, two, strict=True)]
+    return Block(
+        name, (pairs[0][0], pairs[1][0], pairs[2][0]), (pairs[0][1], pairs[1][1], pairs[2][1])
+    )
+
+
+def conveyor_block(layout: Layout) -> Block:
+    """The head of the conveyor, floor to belt."""
+    belt = layout.conveyor
+    return Block(
+        'conveyor',
+        (-belt.width / 2, belt.front_y, 0.0),
+        (belt.width / 2, belt.front_y + belt.length, belt.top_z),
+    )
+
+
+def rail_block(layout: Layout) -> Block:
+    """The rail on the floor."""
+    rail = layout.rail
+    reach = rail.pedestal_radius + 0.05
+    return Block(
+        'rail', (rail.x_min - reach, -0.12, 0.0), (rail.x_max + reach, 0.12, 0.10)
+    )
+
+
+def _pedestal_sweep(layout: Layout) -> Block:
+    rail = layout.rail
+    radius = rail.pedestal_radius
+    return Block(
+        'rail and pedestal',
+        (rail.x_min - radius, -radius, 0.0),
+        (rail.x_max + radius, radius, rail.base_height),
+    )
+
+
+def pick_pose(layout: Layout, size_mm: Vec3) -> Pose:
+    """Centre of a box of ``size_mm`` at the pick point, frame `cell`."""
+    belt = layout.conveyor
+    return Pose((0.0, belt.front_y + size_mm[1] / 2000, belt.top_z + size_mm[2] / 2000))
+
+
+def check_layout(layout: Layout, bins: Mapping[str, BinSpec]) -> Layout:
+    """Return ``layout`` when it can be built with ``bins`` by station; else :class:`LayoutError`.
+
+    Checks signs of all lengths, the order of the rail's ends, and that no two of conveyor, rail,
+    pedestal and bins overlap.
+    """
+    for part in fields(layout):
+        for value in fields(getattr(layout, part.name)):
+            number = getattr(getattr(layout, part.name), value.name)
+            where = f'layout: {part.name}.{value.name} is {number}'
+            if not math.isfinite(number):
+                raise LayoutError(f'{where}; it must be finite')
+            if value.name not in {'x_min', 'x_max'} and number <= 0:
+                raise LayoutError(f'{where}; it must be above 0')
+    if layout.rail.x_min >= layout.rail.x_max:
+        msg = f'layout: rail.x_min {layout.rail.x_min} must be below rail.x_max {layout.rail.x_max}'
+        raise LayoutError(msg)
+    blocks = [conveyor_block(layout), _pedestal_sweep(layout)]
+    for station, spec in bins.items():
+        blocks += bin_blocks(layout, station, spec)
+    for one, two in itertools.combinations(blocks, 2):
+        if one.name.split()[:2] != two.name.split()[:2] and one.overlaps(two):
+            msg = (
+                f'layout: {one.name} ({_span(one)}) overlaps {two.name} ({_span(two)}); '
+                'move the station or use a smaller bin'
+            )
+            raise LayoutError(msg)
+    return layout
+
+
+def _span(block: Block) -> str:
+    return ', '.join(
+        f'{axis} {low:.2f} to {high:.2f} m'
+        for axis, low, high in zip('xyz', block.low, block.high, strict=True)
+    )
+
+
+def load_layout(path: Path) -> Layout:
+    """Read a layout from YAML; what is left out keeps its default.
+
+    Raises
+    ------
+    LayoutError
+        The file cannot be read, a key is not known, or a value is not a number.
+    """
+    import yaml
+
+    try:
+        content = yaml.safe_load(path.read_text(encoding='utf-8')) or {}
+    except (OSError, yaml.YAMLError) as error:
+        raise LayoutError(f'layout {path}: {error}') from error
+    layout: Layout = _filled(Layout, content, str(path))
+    return layout
+
+
+def _filled(kind: Any, content: Any, where: str) -> Any:  # noqa: ANN401 - a dataclass of any part
+    if not isinstance(content, Mapping):
+        raise LayoutError(f'layout {where}: expected a mapping, got {content!r}')
+    known = {one.name: one for one in fields(kind)}
+    values: dict[str, Any] = {}
+    for key, value in content.items():
+        if key not in known:
+            msg = f'layout {where}: unknown key {key!r}; known are {", ".join(known)}'
+            raise LayoutError(msg)
+        default = getattr(kind(), key)
+        if is_dataclass(default):
+            values[key] = _filled(type(default), value, f'{where}: {key}')
+        elif isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise LayoutError(f'layout {where}: {key} is {value!r}; it must be a number')
+        else:
+            values[key] = float(value)
+    return kind(**values)

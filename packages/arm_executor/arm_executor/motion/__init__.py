@@ -1,0 +1,1 @@
+"""Motion: paths, collision, timing, planning."""

@@ -1,0 +1,1 @@
+"""Robot models: published parameters, kinematics in closed form, shapes and URDF."""
