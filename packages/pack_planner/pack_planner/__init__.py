@@ -1,0 +1,1 @@
+"""Decides which box goes where: packing engine, algorithms, and the node `planner`."""

@@ -1,0 +1,50 @@
+"""What every packing algorithm is given and what it answers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from pack_msgs_py.codes import PlacementStatus
+from pack_msgs_py.values import Box
+from pack_planner.engine import BinModel, Candidate, Engine
+from pack_planner.engine.engine import Forbidden, nothing_forbidden
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """One decision: which of these boxes goes where.
+
+    Attributes
+    ----------
+    engine : search and rules.
+    boxes : the look-ahead in the order of the belt, nearest first.
+    bins : the open bins, oldest first.
+    forbidden : placements that the arm refused.
+    budget_s : seconds after which the best answer so far is due.
+    """
+
+    engine: Engine
+    boxes: tuple[Box, ...]
+    bins: tuple[BinModel, ...]
+    forbidden: Forbidden = nothing_forbidden
+    budget_s: float = 5.0
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The answer: one placement, and how sure the algorithm is of it.
+
+    ``reason`` says for people why this box.
+    """
+
+    candidate: Candidate
+    status: PlacementStatus = PlacementStatus.OPTIMAL
+    reason: str = ''
+
+
+#: Chooses a placement; ``None`` when no box of the look-ahead fits into any open bin.
+Algorithm = Callable[[Problem], 'Choice | None']
+
+#: Where one box goes in the given bins (PACKRULE of Ojha et al., section III-B).
+PackRule = Callable[[Engine, Box, Sequence[BinModel], Forbidden], 'Candidate | None']

@@ -1,0 +1,278 @@
+"""The packing engine: where one box goes best, exactly, under every rule of a profile."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pack_msgs_py.orientation import ORIENTATIONS, allowed_orientations
+from pack_msgs_py.profiles import Profile, planned_size
+from pack_msgs_py.rules import violations
+from pack_msgs_py.values import Bin, BinSpec, Box, Int3, PlacedBox
+from pack_planner.engine.height_map import GRAVITY, BinModel, build_model, with_box
+from pack_planner.engine.search import OBJECTIVE, TURN, X, Y, Z, search_bin
+from pack_planner.engine.stands import stands_at
+
+#: How far around a refused position the same box is not offered again, millimetres.
+REFUSED_RADIUS_MM = 100
+
+_MODELS_KEPT = 16
+
+
+class EngineMismatch(RuntimeError):
+    """The engine chose a placement that the packing rules forbid: a defect, never the input's."""
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Weights of eq. (1) of Ojha et al.; lengths count in centimetres.
+
+    ``position`` is w1, ``height`` w2, ``bin_index`` w3.
+    """
+
+    position: float = 1.0
+    height: float = 1.0
+    bin_index: float = 100.0
+
+    def __post_init__(self) -> None:
+        for name, value in (
+            ('w1', self.position), ('w2', self.height), ('w3', self.bin_index),
+        ):  # fmt: skip
+            if not math.isfinite(value) or value < 0:
+                msg = f'weight {name} is {value}; it must be finite and not negative'
+                raise ValueError(msg)
+
+
+@dataclass(frozen=True)
+class Zone:
+    """A refused position of one box: not again within 10 cm at the same height and turn."""
+
+    orientation: str
+    corner_mm: Int3
+
+
+#: Refused zones of one box in one bin; ``None`` when the box may not go into that bin at all.
+Forbidden = Callable[[Box, Bin], 'tuple[Zone, ...] | None']
+
+
+def nothing_forbidden(box: Box, target: Bin) -> tuple[Zone, ...]:
+    """No refusals."""
+    return ()
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A placement the rules allow.
+
+    Attributes
+    ----------
+    placed : box, planned corner, planned size and orientation.
+    bin_index : position of the bin among the open ones, from 0, oldest first.
+    objective : eq. (1) of Ojha et al. for this box, centimetres.
+    """
+
+    placed: PlacedBox
+    bin_index: int
+    objective: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Turns:
+    """The allowed orientations of one box, ready for the search."""
+
+    sizes: NDArray[np.int64]
+    numbers: NDArray[np.int64]
+    centres: NDArray[np.float64]
+
+
+class Engine:
+    """Exact search under one profile with one set of weights.
+
+    Construction compiles the search (or loads it from numba's cache), so that no decision does.
+    """
+
+    def __init__(self, profile: Profile, weights: Weights | None = None) -> None:
+        self.profile = profile
+        self.weights = weights or Weights()
+        self._models: dict[tuple[str, int], BinModel] = {}
+        self._turns = lru_cache(maxsize=256)(self._find_turns)
+        self._warm_up()
+
+    def model(self, source: Bin) -> BinModel:
+        """The model of ``source``, built once per content."""
+        key = (source.id, source.revision)
+        found = self._models.pop(key, None)
+        if found is None or found.source.boxes != source.boxes or found.source.spec != source.spec:
+            found = self._build(source)
+        self._models[key] = found
+        while len(self._models) > _MODELS_KEPT:
+            del self._models[next(iter(self._models))]
+        return found
+
+    def _build(self, source: Bin) -> BinModel:
+        old = self._models.get((source.id, source.revision - 1))
+        if old is not None and old.source.boxes == source.boxes[:-1]:
+            if len(source.boxes) == len(old.source.boxes) + 1 and old.source.spec == source.spec:
+                return with_box(old, source.boxes[-1], self.profile)
+        return build_model(source, self.profile)
+
+    def with_box(self, model: BinModel, placed: PlacedBox) -> BinModel:
+        """``model`` with one more box; the rules are not checked."""
+        return with_box(model, placed, self.profile)
+
+    def best_placement(
+        self,
+        box: Box,
+        bins: Sequence[BinModel],
+        forbidden: Forbidden = nothing_forbidden,
+    ) -> Candidate | None:
+        """The placement of least objective over all positions, orientations and bins.
+
+        Equal objectives go by bin, z, y, x and orientation. ``bins`` are the open bins, oldest
+        first. ``None`` when the rules allow no placement.
+        """
+        turns = self._turns(box)
+        if not self._liftable(box) or len(turns.sizes) == 0:
+            return None
+        best: NDArray[np.float64] | None = None
+        best_index = 0
+        for index, model in enumerate(bins):
+            zones = forbidden(box, model.source)
+            if zones is None or model.blocked or self._too_heavy(box, model.source):
+                continue
+            bound = math.inf if best is None else float(best[OBJECTIVE])
+            found = self._search(box, turns, model, index, zones, bound)
+            if found[Z] >= 0:
+                best, best_index = found, index
+        if best is None:
+            return None
+        orientation = ORIENTATIONS[int(best[TURN])]
+        corner = (int(best[X]), int(best[Y]), int(best[Z]))
+        size = planned_size(box, orientation, self.profile)
+        placed = PlacedBox(box, corner, size, orientation)
+        return Candidate(placed, best_index, self.objective(placed, best_index))
+
+    def objective(self, placed: PlacedBox, bin_index: int) -> float:
+        """Eq. (1) of Ojha et al. for one box in the bin at ``bin_index`` (from 0), centimetres."""
+        return self.increase(placed) + self.weights.bin_index * (bin_index + 1)
+
+    def increase(self, placed: PlacedBox) -> float:
+        """The same without the bin's index: what box selection compares (section III-A.3)."""
+        x, y, _ = placed.corner_mm
+        w = self.weights
+        return (w.position * (x + y) + w.height * placed.top_mm) / 10.0
+
+    def stands(self, placed: PlacedBox, model: BinModel) -> bool:
+        """Whether ``placed`` would be allowed on the boxes of ``model`` alone."""
+        if model.blocked or self._too_heavy(placed.box, model.source):
+            return False
+        turns = self._turns(placed.box)
+        number = ORIENTATIONS.index(placed.orientation)
+        which = int(np.flatnonzero(turns.numbers == number)[0])
+        return bool(
+            stands_at(
+                model.source.spec.size_mm, *model.arrays(), self._rule(),
+                self.profile.min_vertices, placed.corner_mm, placed.size_mm, turns.centres[which],
+                placed.box.weight_kg * GRAVITY,
+            )
+        )  # fmt: skip
+
+    def fits_empty_bin(self, box: Box, spec: BinSpec) -> bool:
+        """Whether an empty bin of this kind would take ``box`` in any allowed orientation."""
+        return any(
+            all(edge <= limit for edge, limit in zip(size, spec.size_mm, strict=True))
+            for size in self._turns(box).sizes.tolist()
+        )
+
+    def overweight(self, box: Box) -> str:
+        """Why ``box`` is too heavy for the arm or for any bin; empty when it is not."""
+        for what, limit in (
+            ('the arm lifts', self.profile.max_payload_kg),
+            ('a bin carries', self.profile.max_bin_weight_kg),
+        ):
+            if limit is not None and box.weight_kg > limit:
+                return f'weighs {box.weight_kg:g} kg, {what} {limit:g} kg'
+        return ''
+
+    def check(self, candidate: Candidate, target: Bin) -> None:
+        """Hold a chosen placement against the packing rules once more.
+
+        Raises
+        ------
+        EngineMismatch
+            A rule is broken: the engine and :mod:`pack_msgs_py.rules` disagree.
+        """
+        broken = list(violations(candidate.placed, target.boxes, target.spec, self.profile))
+        if broken:
+            text = '; '.join(str(one) for one in broken)
+            msg = f'engine and rules disagree in bin {target.id!r}: {text}; please report this'
+            raise EngineMismatch(msg)
+
+    def _search(
+        self, box: Box, turns: _Turns, model: BinModel, index: int,
+        zones: tuple[Zone, ...], bound: float,
+    ) -> NDArray[np.float64]:  # fmt: skip
+        refused = np.array(
+            [(ORIENTATIONS.index(zone.orientation), *zone.corner_mm) for zone in zones], np.int64
+        ).reshape(-1, 4)
+        weights = (
+            float(self.weights.position), float(self.weights.height),
+            10.0 * self.weights.bin_index * (index + 1),
+        )  # fmt: skip
+        found: NDArray[np.float64] = search_bin(
+            model.source.spec.size_mm, *model.arrays(), self._rule(), self.profile.min_vertices,
+            turns.sizes, turns.numbers, turns.centres, box.weight_kg * GRAVITY,
+            refused, REFUSED_RADIUS_MM, weights, bound,
+        )  # fmt: skip
+        return found
+
+    def _rule(self) -> tuple[int, int, float, float]:
+        margin = self.profile.com_margin_mm
+        return (
+            self.profile.resolution_mm,
+            self.profile.support_tolerance_mm,
+            -math.inf if margin is None else float(margin),
+            float(self.profile.min_support_share),
+        )
+
+    def _find_turns(self, box: Box) -> _Turns:
+        allowed = allowed_orientations(box, self.profile.orientations)
+        axes = [['xyz'.index(axis) for axis in orientation] for orientation in allowed]
+        return _Turns(
+            np.array(
+                [planned_size(box, orientation, self.profile) for orientation in allowed], np.int64
+            ).reshape(-1, 3),
+            np.array([ORIENTATIONS.index(orientation) for orientation in allowed], np.int64),
+            np.array(
+                [[box.com_offset_mm[a], box.com_offset_mm[b]] for a, b, _ in axes], np.float64
+            ).reshape(-1, 2),
+        )
+
+    def _liftable(self, box: Box) -> bool:
+        limit = self.profile.max_payload_kg
+        return limit is None or box.weight_kg <= limit
+
+    def _too_heavy(self, box: Box, target: Bin) -> bool:
+        limit = self.profile.max_bin_weight_kg
+        return (
+            limit is not None
+            and box.weight_kg + sum(other.box.weight_kg for other in target.boxes) > limit
+        )
+
+    def _warm_up(self) -> None:
+        """Run every compiled function once."""
+        bin_spec = BinSpec('warm-up', (400, 300, 300))
+        boxes = [Box(f'warm-up {i}', (120.0, 100.0, 80.0), max_top_load_n=1e4) for i in range(6)]
+        model = self.model(Bin('warm-up', 1, bin_spec))
+        for box in boxes:
+            found = self.best_placement(box, [model], lambda _box, _bin: (Zone('xyz', (0, 0, 0)),))
+            if found is None:
+                break
+            self.stands(found.placed, model)
+            model = self.with_box(model, found.placed)
+        self._models.clear()

@@ -1,0 +1,52 @@
+"""Compiled check of one given placement on the boxes of one bin."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from pack_planner.engine.support import cell_rests, well_supported
+
+
+@njit(cache=True, nogil=True)
+def _strip(edges, position):  # type: ignore[no-untyped-def]
+    """Number of the strip between ``edges`` that holds the space right after ``position``."""
+    return np.searchsorted(edges, position, 'right') - 1
+
+
+@njit(cache=True, nogil=True)
+def stands_at(  # type: ignore[no-untyped-def]
+    bin_size, boxes, columns, rows, height, owner, lines_x, lines_y, slack, passed_on,
+    rule, min_vertices, corner, size, centre, force,
+):  # fmt: skip
+    """Whether a box of ``size`` rests at ``corner`` under every rule; arguments as the search's."""
+    step, tolerance, com_margin, min_share = rule
+    x, y, z = corner
+    dx, dy, dz = size
+    if x + dx > bin_size[0] or y + dy > bin_size[1] or z + dz > bin_size[2]:
+        return False
+    left, front = _strip(columns, x), _strip(rows, y)
+    right, back = _strip(columns, x + dx - step), _strip(rows, y + dy - step)
+    top = 0
+    for i in range(left, len(columns) - 1):
+        if columns[i] >= x + dx:
+            break
+        for j in range(front, len(rows) - 1):
+            if rows[j] >= y + dy:
+                break
+            top = max(top, height[i, j])
+    if top != z:
+        return False
+    if z == 0:
+        return True
+    far_x, far_y = x + dx - step, y + dy - step
+    resting = (
+        int(cell_rests(boxes, owner[left, front], x, y, step, z, tolerance))
+        + int(cell_rests(boxes, owner[right, front], far_x, y, step, z, tolerance))
+        + int(cell_rests(boxes, owner[left, back], x, far_y, step, z, tolerance))
+        + int(cell_rests(boxes, owner[right, back], far_x, far_y, step, z, tolerance))
+    )
+    return resting >= min_vertices and well_supported(
+        boxes, (x, y, x, y), size, z, tolerance, centre, com_margin, min_share,
+        force, slack, passed_on,
+    )  # fmt: skip

@@ -1,0 +1,149 @@
+"""Compiled support rules: corner cells, support polygon, supported share, loads.
+
+These are the rules of :mod:`pack_msgs_py.rules` once more, written independently for speed; tests
+hold the two together. Lengths are integer millimetres in the bin frame. A box is a row
+``(x0, y0, x1, y1, top)``.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+EDGE_TOLERANCE_MM = 1e-6
+SHARE_TOLERANCE = 1e-9
+LOAD_TOLERANCE_N = 1e-6
+
+
+@njit(cache=True, nogil=True)
+def cell_rests(boxes, guess, x, y, step, z, tolerance):  # type: ignore[no-untyped-def]
+    """Whether the resolution cell at (x, y) lies wholly on one top between z - tolerance and z.
+
+    ``guess`` is the topmost box there. On the grid it settles the question; a box that another
+    profile placed off the grid may need a look at all of them.
+    """
+    if guess < 0:
+        return False
+    low = z - tolerance
+    box = boxes[guess]
+    if box[4] < low:
+        return False
+    if box[0] <= x and box[1] <= y and x + step <= box[2] and y + step <= box[3]:
+        return True
+    for index in range(len(boxes)):
+        box = boxes[index]
+        if (
+            low <= box[4] <= z
+            and box[0] <= x
+            and box[1] <= y
+            and x + step <= box[2]
+            and y + step <= box[3]
+        ):
+            return True
+    return False
+
+
+@njit(cache=True, nogil=True)
+def _hull_margin(px, py, count, cx, cy):  # type: ignore[no-untyped-def]
+    """Distance of (cx, cy) from the boundary of the hull of ``count`` points, positive inside."""
+    for i in range(1, count):
+        x, y = px[i], py[i]
+        j = i - 1
+        while j >= 0 and (px[j] > x or (px[j] == x and py[j] > y)):
+            px[j + 1] = px[j]
+            py[j + 1] = py[j]
+            j -= 1
+        px[j + 1] = x
+        py[j + 1] = y
+    hull_x = np.empty(2 * count + 2)
+    hull_y = np.empty(2 * count + 2)
+    size = 0
+    for sweep in range(2):
+        start = size
+        for step in range(count):
+            i = step if sweep == 0 else count - 1 - step
+            x, y = px[i], py[i]
+            while (
+                size >= start + 2
+                and (hull_x[size - 1] - hull_x[size - 2]) * (y - hull_y[size - 2])
+                - (hull_y[size - 1] - hull_y[size - 2]) * (x - hull_x[size - 2])
+                <= 0
+            ):
+                size -= 1
+            hull_x[size] = x
+            hull_y[size] = y
+            size += 1
+        size -= 1
+    if size < 3:
+        return -math.inf
+    margin = math.inf
+    for i in range(size):
+        j = (i + 1) % size
+        ex, ey = hull_x[j] - hull_x[i], hull_y[j] - hull_y[i]
+        cross = ex * (cy - hull_y[i]) - ey * (cx - hull_x[i])
+        margin = min(margin, cross / math.hypot(ex, ey))
+    return margin
+
+
+@njit(cache=True, nogil=True)
+def well_supported(  # type: ignore[no-untyped-def]
+    boxes, area, size, z, tolerance, com, com_margin, min_share, force, slack, passed_on
+):
+    """Whether any base corner in ``area`` = (x0, y0, x1, y1) can obey the continuous rules.
+
+    For a single position (x0 == x1, y0 == y1) this is exact: centre of mass within the support
+    polygon by ``com_margin``, contact share at least ``min_share``, no top overloaded. For a range
+    it is optimistic, so False proves that no position in it will do: each contact rectangle is
+    taken as large as it becomes anywhere in the range, and loads as light.
+
+    The range must lie within one cell between candidate lines, where the supporters are the same
+    everywhere and each contact edge is either fixed or moves with the box.
+    """
+    x0, y0, x1, y1 = area
+    dx, dy, _ = size
+    count = 0
+    contact = 0.0
+    px = np.empty(4 * len(boxes))
+    py = np.empty(4 * len(boxes))
+    below = np.empty(len(boxes), np.int64)
+    least = np.empty(len(boxes))
+    most = np.empty(len(boxes))
+    found = 0
+    for index in range(len(boxes)):
+        box = boxes[index]
+        if not z - tolerance <= box[4] <= z:
+            continue
+        left, right = max(box[0] - x1, 0), min(box[2] - x0, dx)
+        front, back = max(box[1] - y1, 0), min(box[3] - y0, dy)
+        if left >= right or front >= back:
+            continue
+        wide_0 = min(box[2] - x0, dx) - max(box[0] - x0, 0)
+        wide_1 = min(box[2] - x1, dx) - max(box[0] - x1, 0)
+        deep_0 = min(box[3] - y0, dy) - max(box[1] - y0, 0)
+        deep_1 = min(box[3] - y1, dy) - max(box[1] - y1, 0)
+        below[found] = index
+        least[found] = float(max(min(wide_0, wide_1), 0)) * max(min(deep_0, deep_1), 0)
+        most[found] = float(max(wide_0, wide_1)) * max(deep_0, deep_1)
+        contact += most[found]
+        found += 1
+        for corner in range(4):
+            px[count] = left if corner % 2 == 0 else right
+            py[count] = front if corner < 2 else back
+            count += 1
+    if contact / (float(dx) * dy) < min_share - SHARE_TOLERANCE:
+        return False
+    if com_margin > -math.inf:
+        margin = _hull_margin(px, py, count, dx / 2 + com[0], dy / 2 + com[1])
+        if margin < com_margin - EDGE_TOLERANCE_MM:
+            return False
+    for limited in range(len(slack)):
+        if slack[limited] == math.inf:
+            continue
+        arriving = 0.0
+        for i in range(found):
+            arriving += least[i] * passed_on[below[i], limited]
+        if contact > 0 and force * arriving / contact > slack[limited] + LOAD_TOLERANCE_N:
+            return False
+    return True
