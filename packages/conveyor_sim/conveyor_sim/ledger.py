@@ -1,0 +1,201 @@
+"""The durable ledger: where every box is that the stream has given out so far.
+
+SQLite in write-ahead mode, one file. ``synchronous=FULL``: a commit is on the disk before the
+conveyor tells anybody, so that not even a power cut makes it forget a box that it has shown. That
+costs one fsync per event of a box, which a box every few seconds affords.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import astuple, dataclass
+from enum import Enum
+from pathlib import Path
+
+from conveyor_sim.belt import BeltState
+from pack_msgs_py.codes import Reason
+
+FILE_NAME = 'conveyor.sqlite'
+_SCHEMA = '1'
+
+_TABLES = """
+CREATE TABLE IF NOT EXISTS meta (key TEXT PRIMARY KEY, value TEXT NOT NULL);
+CREATE TABLE IF NOT EXISTS boxes (
+    ordinal INTEGER PRIMARY KEY,
+    box_id TEXT NOT NULL UNIQUE,
+    place TEXT NOT NULL,
+    slot INTEGER,
+    laps INTEGER NOT NULL,
+    reason INTEGER NOT NULL,
+    text TEXT NOT NULL,
+    stamp_ns INTEGER NOT NULL,
+    returned INTEGER NOT NULL
+);
+CREATE TABLE IF NOT EXISTS belt (
+    one INTEGER PRIMARY KEY CHECK (one = 1),
+    offset_um INTEGER NOT NULL,
+    travel_um INTEGER NOT NULL,
+    pick_offset_um INTEGER NOT NULL
+);
+"""
+
+
+class LedgerError(RuntimeError):
+    """The ledger cannot be used; the text names the file and says what to do."""
+
+
+class Place(str, Enum):
+    """Where a box is. ``WAITING``: at the induct, pushed off the belt by a box that came back."""
+
+    ON_BELT = 'on_belt'
+    WAITING = 'waiting'
+    PICKED = 'picked'
+    PLACED = 'placed'
+    REJECTED = 'rejected'
+    LOST = 'lost'
+
+
+@dataclass(frozen=True)
+class BoxRecord:
+    """One box that the stream has given out.
+
+    ``slot`` is where it rides, or rode last. ``stamp_ns`` is the stamp of the newest event that
+    changed its place, nanoseconds since the epoch; 0 while there was none. ``returned`` says that
+    the arm has had it and brought it back.
+    """
+
+    ordinal: int
+    box_id: str
+    place: Place
+    slot: int | None = None
+    laps: int = 0
+    reason: Reason = Reason.NONE
+    text: str = ''
+    stamp_ns: int = 0
+    returned: bool = False
+
+
+class Ledger:
+    """Opens or makes the ledger of one stream; in memory when ``folder`` is empty.
+
+    Raises
+    ------
+    LedgerError
+        Another conveyor has it open, it is damaged, or it belongs to another stream.
+    """
+
+    def __init__(self, folder: str | Path, fingerprint: str, description: str) -> None:
+        self.path = str(Path(folder).expanduser() / FILE_NAME) if str(folder) else ':memory:'
+        with self._explained():
+            if str(folder):
+                Path(folder).expanduser().mkdir(parents=True, exist_ok=True)
+            self._db = sqlite3.connect(self.path, isolation_level=None, timeout=1.0)
+            try:
+                self._open(fingerprint, description)
+            except BaseException:
+                self._db.close()
+                raise
+
+    def close(self) -> None:
+        """Close the file; nothing is written."""
+        self._db.close()
+
+    def records(self) -> list[BoxRecord]:
+        """Every box given out so far, in the order of the stream."""
+        with self._explained():
+            rows = self._db.execute(
+                'SELECT ordinal, box_id, place, slot, laps, reason, text, stamp_ns, returned '
+                'FROM boxes ORDER BY ordinal'
+            ).fetchall()
+        return [
+            BoxRecord(o, i, Place(p), slot, laps, Reason(reason), text, stamp, bool(back))
+            for o, i, p, slot, laps, reason, text, stamp, back in rows
+        ]
+
+    def belt_state(self) -> BeltState:
+        """Where the belt was."""
+        with self._explained():
+            row = self._db.execute(
+                'SELECT offset_um, travel_um, pick_offset_um FROM belt'
+            ).fetchone()
+        return BeltState(*row) if row else BeltState()
+
+    def save(self, records: Iterable[BoxRecord], belt: BeltState) -> None:
+        """Write what changed, all of it or nothing; durable when this returns."""
+        rows = [
+            (r.ordinal, r.box_id, r.place.value, r.slot, r.laps, int(r.reason), r.text,
+             r.stamp_ns, int(r.returned))
+            for r in records
+        ]  # fmt: skip
+        with self._explained(), self._transaction():
+            self._db.executemany('REPLACE INTO boxes VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)', rows)
+            self._db.execute('REPLACE INTO belt VALUES (1, ?, ?, ?)', astuple(belt))
+
+    def counts(self) -> dict[Place, int]:
+        """How many boxes are where; the sum is the number that the stream has given out."""
+        with self._explained():
+            rows = self._db.execute('SELECT place, COUNT(*) FROM boxes GROUP BY place').fetchall()
+        found = Counter({Place(place): number for place, number in rows})
+        return {place: found[place] for place in Place}
+
+    def setting(self, key: str, default: str = '') -> str:
+        """A remembered value."""
+        with self._explained():
+            row = self._db.execute('SELECT value FROM meta WHERE key = ?', (key,)).fetchone()
+        return str(row[0]) if row else default
+
+    def set_setting(self, key: str, value: str) -> None:
+        """Remember a value."""
+        with self._explained():
+            self._db.execute('REPLACE INTO meta VALUES (?, ?)', (key, value))
+
+    def _open(self, fingerprint: str, description: str) -> None:
+        # Held until close or death: two conveyors on one ledger would give out boxes twice.
+        self._db.execute('PRAGMA locking_mode = EXCLUSIVE')
+        self._db.execute('PRAGMA journal_mode = WAL')
+        self._db.execute('PRAGMA synchronous = FULL')
+        with self._transaction():
+            for statement in _TABLES.split(';\n'):
+                self._db.execute(statement)
+            known = dict(self._db.execute('SELECT key, value FROM meta').fetchall())
+            if not known:
+                values = {'schema': _SCHEMA, 'stream': fingerprint, 'description': description}
+                self._db.executemany('INSERT INTO meta VALUES (?, ?)', values.items())
+                return
+        if known.get('schema') != _SCHEMA:
+            msg = (
+                f'ledger {self.path} has format {known.get("schema")}, this conveyor reads '
+                f'{_SCHEMA}: give another state_dir'
+            )
+            raise LedgerError(msg)
+        if known.get('stream') != fingerprint:
+            msg = (
+                f'ledger {self.path} belongs to another stream ({known.get("description")}), '
+                f'not to this one ({description}): give another state_dir, or the same boxes_file, '
+                'count and seed'
+            )
+            raise LedgerError(msg)
+
+    @contextmanager
+    def _transaction(self) -> Iterator[None]:
+        self._db.execute('BEGIN IMMEDIATE')
+        try:
+            yield
+        except BaseException:
+            self._db.execute('ROLLBACK')
+            raise
+        self._db.execute('COMMIT')
+
+    @contextmanager
+    def _explained(self) -> Iterator[None]:
+        try:
+            yield
+        except (sqlite3.Error, OSError) as error:
+            if 'locked' in str(error):
+                msg = f'ledger {self.path} is in use by another conveyor: give another state_dir'
+            else:
+                msg = f'ledger {self.path} cannot be used: {error}'
+            raise LedgerError(msg) from error

@@ -1,0 +1,230 @@
+"""The node `conveyor`.
+
+- publishes `box_scan` (pack_msgs/BoxScan): on each change, once a second, and at `rate` while the
+  belt moves
+- publishes and subscribes `box_event` (pack_msgs/BoxEvent): says REJECTED; follows PICKED, PLACED,
+  RETURNED, LOST
+- subscribes `placements` (pack_msgs/Placement): brings the box of the newest decision; diverts a
+  rejected one
+- subscribes `bin_state` (pack_msgs/BinStateArray) and `bin_closed` (pack_msgs/BinState): a box in
+  a bin is not on the belt
+- serves `~/pause` (std_srvs/SetBool): stops or resumes feeding and moving
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterable
+from dataclasses import replace
+
+import rclpy
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.logging import get_logger
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from std_srvs.srv import SetBool
+
+from conveyor_sim.belt import Belt
+from conveyor_sim.conveyor import Conveyor, Outcome
+from conveyor_sim.ledger import Ledger, LedgerError
+from conveyor_sim.parameters import ConveyorParameters
+from conveyor_sim.streams import Stream
+from pack_msgs.msg import BinState, BinStateArray, BoxEvent, BoxScan, Placement
+from pack_msgs_py.conversions import (
+    decision_from_ros,
+    event_from_ros,
+    event_to_ros,
+    scan_to_ros,
+    time_from_ros,
+)
+from pack_msgs_py.parameters import check_value, parameter_fields
+from pack_msgs_py.qos import TOPICS
+from pack_msgs_py.ros_params import declare_parameters
+
+IDLE_PERIOD_S = 1.0
+#: A timer cannot be shorter; also keeps a scan from being sent just before an arrival.
+MIN_PERIOD_S = 0.001
+THROTTLE_S = 5.0
+
+
+class ConveyorNode(Node):
+    """Turns messages into calls of :class:`Conveyor`, and its answers into messages.
+
+    Raises
+    ------
+    ValueError
+        A parameter is wrong, or the box file cannot be used.
+    LedgerError
+        The ledger cannot be used.
+    """
+
+    def __init__(self, **kwargs) -> None:  # type: ignore[no-untyped-def]
+        super().__init__('conveyor', **kwargs)
+        try:
+            self._begin()
+        except BaseException:
+            self.destroy_node()
+            raise
+
+    def destroy_node(self) -> None:
+        """Close the ledger, then the node."""
+        ledger = getattr(self, '_ledger', None)
+        if ledger is not None:
+            ledger.close()
+        super().destroy_node()
+
+    def _begin(self) -> None:
+        self._params = params = declare_parameters(self, ConveyorParameters)
+        stream = Stream.from_file(params.boxes_file, params.count, params.seed)
+        belt = Belt(params.belt_length, params.look_ahead, params.belt_speed, params.speed)
+        self._ledger = Ledger(params.state_dir, stream.fingerprint, stream.description)
+        self._conveyor = Conveyor(stream, belt, self._ledger)
+        self._ended = False
+
+        self._scans = self.create_publisher(BoxScan, 'box_scan', TOPICS['box_scan'])
+        self._events = self.create_publisher(BoxEvent, 'box_event', TOPICS['box_event'])
+        self._timer = self.create_timer(IDLE_PERIOD_S, self._publish_scan)
+        self.get_logger().info(
+            f'supplies {stream.description}, belt with {belt.geometry}, '
+            f'ledger {"in memory" if not params.state_dir else self._ledger.path}'
+        )
+        self._tell(self._conveyor.start(*self._now()))
+
+        for kind, topic, callback in (
+            (Placement, 'placements', self._on_placement),
+            (BoxEvent, 'box_event', self._on_event),
+            (BinStateArray, 'bin_state', self._on_bins),
+            (BinState, 'bin_closed', self._on_bin_closed),
+        ):
+            self.create_subscription(kind, topic, callback, TOPICS[topic])
+        self.create_service(SetBool, '~/pause', self._on_pause)
+        self.add_on_set_parameters_callback(self._check_parameters)
+        self.add_post_set_parameters_callback(self._use_parameters)
+
+    def _now(self) -> tuple[float, float]:
+        """Steady seconds for motion, and seconds since the epoch for stamps."""
+        return time.monotonic(), self.get_clock().now().nanoseconds * 1e-9
+
+    def _tell(self, outcome: Outcome, topic: str = '') -> None:
+        for text in outcome.complaints:
+            self._complain(topic, text)
+        for note in outcome.notes:
+            self.get_logger().info(note)
+        for event in outcome.events:
+            self.get_logger().warning(f'rejected {event.box_id}: {event.text}')
+        for event in (*outcome.repeated, *outcome.events):
+            self._events.publish(event_to_ros(event))
+        if outcome.changed:
+            self._publish_scan()
+
+    def _publish_scan(self) -> None:
+        now_s, stamp_s = self._now()
+        self._scans.publish(scan_to_ros(self._conveyor.scan(now_s, stamp_s)))
+        arrival_s = self._conveyor.arrival_s(now_s)
+        period = IDLE_PERIOD_S
+        if arrival_s is not None:
+            period = max(MIN_PERIOD_S, min(1.0 / self._params.rate, arrival_s - now_s))
+        self._timer.timer_period_ns = round(1e9 * period)
+        self._timer.reset()
+        if self._conveyor.ended and not self._ended:
+            self.get_logger().info(f'the stream has ended: {self._conveyor.supplied} boxes')
+        self._ended = self._conveyor.ended
+
+    def _on_placement(self, msg: Placement) -> None:
+        try:
+            decision = decision_from_ros(msg)
+        except ValueError as error:
+            self._complain('placements', str(error))
+            return
+        self._tell(self._conveyor.on_decision(decision, *self._now()), 'placements')
+
+    def _on_event(self, msg: BoxEvent) -> None:
+        try:
+            event = event_from_ros(msg)
+        except ValueError as error:
+            self._complain('box_event', str(error))
+            return
+        self._tell(self._conveyor.on_event(event, *self._now()), 'box_event')
+
+    def _on_bins(self, msg: BinStateArray) -> None:
+        self._on_content('bin_state', msg.bins, time_from_ros(msg.header.stamp))
+
+    def _on_bin_closed(self, msg: BinState) -> None:
+        self._on_content('bin_closed', [msg], time_from_ros(msg.header.stamp))
+
+    def _on_content(self, topic: str, bins: Iterable[BinState], content_stamp_s: float) -> None:
+        box_ids = [placed.box.id for one in bins for placed in one.boxes]
+        if '' in box_ids:
+            self._complain(topic, 'a box in a bin has an empty id')
+        named = [one for one in box_ids if one]
+        self._tell(self._conveyor.on_content(named, content_stamp_s, *self._now()), topic)
+
+    def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        self._tell(self._conveyor.pause(request.data, *self._now()))
+        response.success = True
+        response.message = 'paused' if request.data else 'running'
+        return response
+
+    def _complain(self, topic: str, why: str) -> None:
+        self.get_logger().warning(f'ignored on {topic}: {why}', throttle_duration_sec=THROTTLE_S)
+
+    def _check_parameters(self, changes: list[Parameter]) -> SetParametersResult:
+        specs = {one.name: one for one in parameter_fields(ConveyorParameters)}
+        try:
+            for change in changes:
+                if change.name in specs:
+                    check_value(specs[change.name], change.value)
+        except ValueError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _use_parameters(self, changes: list[Parameter]) -> None:
+        known = {one.name for one in parameter_fields(ConveyorParameters)}
+        values = {one.name: one.value for one in changes if one.name in known}
+        self._params = params = replace(self._params, **values)
+        self._conveyor.tune(
+            self._now()[0], belt_speed=float(params.belt_speed), speed=float(params.speed)
+        )
+        self._publish_scan()
+
+
+def main(args: list[str] | None = None) -> None:
+    """Run the node until it is told to end; exit code 2 when it cannot start as asked."""
+    rclpy.init(args=args)
+    node = None
+    code = 0
+    try:
+        node = _start()
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        executor.spin()
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except _CannotStart as error:
+        get_logger('conveyor').fatal(str(error))
+        code = 2
+    except LedgerError as error:
+        get_logger('conveyor').fatal(str(error))
+        code = 1
+    finally:
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+    sys.exit(code)
+
+
+class _CannotStart(Exception):
+    """What was asked for cannot be done."""
+
+
+def _start() -> ConveyorNode:
+    try:
+        return ConveyorNode()
+    except (ValueError, LedgerError) as error:
+        raise _CannotStart(str(error)) from error
+
+
+if __name__ == '__main__':
+    main()

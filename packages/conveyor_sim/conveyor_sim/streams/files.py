@@ -1,0 +1,77 @@
+"""Read a box file of any known format."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from conveyor_sim.streams.csv_file import csv_records
+from conveyor_sim.streams.json_file import json_records
+from conveyor_sim.streams.rows import BoxFileError, Entry, Record, RejectedRow, entries_from
+from pack_msgs_py.values import Box
+
+#: The stream that ships with the cell: 40 cartons of public sizes.
+BUILT_IN = Path(__file__).parent.parent / 'data' / 'cartons.csv'
+
+_MAX_BYTES = 100_000_000
+
+
+def load_boxes(path: str | Path = '') -> tuple[list[Box], list[RejectedRow]]:
+    """Boxes and rejected rows of a box file; the built-in stream when ``path`` is empty.
+
+    Raises
+    ------
+    BoxFileError
+        The file cannot be read, is empty, or has no size columns.
+    """
+    entries = read_entries(path)
+    boxes = [entry for entry in entries if isinstance(entry, Box)]
+    return boxes, [entry for entry in entries if isinstance(entry, RejectedRow)]
+
+
+def read_entries(path: str | Path = '') -> tuple[Entry, ...]:
+    """Rows of a box file in their order, each a box or rejected; see :func:`load_boxes`."""
+    source = Path(path).expanduser() if str(path) else BUILT_IN
+    text = _text(source)
+    entries = entries_from(_records(text, source), source.name)
+    if not entries:
+        msg = f'box file {source} holds no boxes'
+        raise BoxFileError(msg)
+    return entries
+
+
+def _records(text: str, source: Path) -> Iterator[Record]:
+    is_json = source.suffix.lower() == '.json' or text.lstrip()[:1] in ('{', '[')
+    return json_records(text, str(source)) if is_json else csv_records(text, str(source))
+
+
+def _text(source: Path) -> str:
+    """The file's text: UTF-8 with or without a byte order mark, UTF-16 with, else Windows-1252."""
+    try:
+        if source.is_dir():
+            msg = f'box file {source} is a folder'
+            raise BoxFileError(msg)
+        if source.exists() and not source.is_file():
+            msg = f'box file {source} is not a regular file'
+            raise BoxFileError(msg)
+        if source.stat().st_size > _MAX_BYTES:
+            msg = f'box file {source} is larger than {_MAX_BYTES // 1_000_000} MB: split it'
+            raise BoxFileError(msg)
+        data = source.read_bytes()
+    except OSError as error:
+        msg = f'box file {source} cannot be read: {error.strerror or error}'
+        raise BoxFileError(msg) from None
+    if data.startswith((b'\xff\xfe', b'\xfe\xff')):
+        text = data.decode('utf-16', errors='replace')
+    else:
+        try:
+            text = data.decode('utf-8-sig')
+        except UnicodeDecodeError:
+            text = data.decode('cp1252', errors='replace')
+    if '\0' in text:
+        msg = f'box file {source} is not text'
+        raise BoxFileError(msg)
+    if not text.strip():
+        msg = f'box file {source} is empty'
+        raise BoxFileError(msg)
+    return text
