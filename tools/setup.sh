@@ -217,13 +217,13 @@ build_environment() {
   fi
 }
 
-run_colcon() {
+run_colcon() (
   build_environment
   cd "$state"
-  COLCON_LOG_PATH=$log/colcon python -m colcon build --base-paths "$root/packages" --symlink-install \
-    --event-handlers console_direct- console_cohesion+ \
+  COLCON_LOG_PATH=$log/colcon python -m colcon build --base-paths "$root/packages" \
+    --symlink-install --event-handlers console_direct- console_cohesion+ \
     --cmake-args "-DPython3_EXECUTABLE=$venv/bin/python" -DBUILD_TESTING=OFF
-}
+)
 
 build_packages() {
   local package
@@ -243,16 +243,32 @@ build_packages() {
   done
 }
 
-# Writes env.sh: what sourcing the workspace sets, without the half second that it takes.
+# Writes env.sh: what sourcing the workspace sets. Colcon's own scripts take half a second each
+# time and do not work in a path with spaces, and what they would set is simple.
 write_environment() {
   (
     before=$PATH
     build_environment
-    set +u
-    source "$state/install/local_setup.bash" > /dev/null 2>&1
+    shopt -s nullglob
+    for prefix in "$state"/install/*/; do
+      prefix=${prefix%/}
+      AMENT_PREFIX_PATH=$prefix:${AMENT_PREFIX_PATH:-}
+      for libraries in "$prefix"/lib/lib*.so; do
+        CMAKE_PREFIX_PATH=$prefix:${CMAKE_PREFIX_PATH:-}
+        LD_LIBRARY_PATH=$prefix/lib:${LD_LIBRARY_PATH:-}
+        break
+      done
+      for modules in "$prefix"/lib/python3.*/site-packages; do
+        PYTHONPATH=$modules:${PYTHONPATH:-}
+        # A linked package is imported from where colcon links its sources.
+        for link in "$modules"/*.egg-link; do
+          PYTHONPATH=$(head -n 1 "$link"):$PYTHONPATH
+        done
+      done
+    done
     printf '# Written by ./cell. Source it in bash for a shell in which ros2 and python know the cell.\n'
     for name in AMENT_PREFIX_PATH CMAKE_PREFIX_PATH LD_LIBRARY_PATH PYTHONPATH; do
-      [[ ${!name} ]] && printf 'export %s=%q\n' "$name" "${!name%:}"
+      [[ ${!name:-} ]] && printf 'export %s=%q\n' "$name" "${!name%:}"
     done
     if [[ ! $ros_prefix ]]; then
       printf 'export %s\n' ROS_DISTRO=jazzy ROS_VERSION=2 ROS_PYTHON_VERSION=3 \
