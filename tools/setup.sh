@@ -279,6 +279,7 @@ write_environment() {
       "$venv/bin" "${PATH%":$before"}" "$root/tools/standin"
     printf '[ -n "${%s:-}" ] || export %s=%q\n' \
       ROS_AUTOMATIC_DISCOVERY_RANGE ROS_AUTOMATIC_DISCOVERY_RANGE LOCALHOST \
+      FASTRTPS_DEFAULT_PROFILES_FILE FASTRTPS_DEFAULT_PROFILES_FILE "$root/tools/fastdds.xml" \
       ROS_LOG_DIR ROS_LOG_DIR "$state/log/ros" \
       NUMBA_CACHE_DIR NUMBA_CACHE_DIR "$state/numba"
   ) > "$state/env.sh"
