@@ -102,23 +102,21 @@ def positions(samples: Array) -> Array:
     return np.stack([rail + radius * np.cos(theta), radius * np.sin(theta), height], axis=1)
 
 
-def joint_paths(kinematics: CellKinematics, samples: Array) -> dict[int, JointPath]:
-    """Continuous joint paths along ``samples`` (n, 5) by inverse kinematics branch."""
-    tcp = positions(samples)
-    yaw = samples[:, 4]
-    # The yaw only turns the last joint, so one solution without it serves every yaw.
-    solutions = kinematics.tool_down(samples[:, 0], tcp, np.zeros(len(tcp)))
-    paths: dict[int, JointPath] = {}
-    for branch in range(8):
-        q = solutions[:, branch].copy()
-        if np.isnan(q).any() or np.abs(q[:, 3]).min() < _ELBOW_MARGIN:
-            continue
-        q[:, 1:] = np.unwrap(q[:, 1:], axis=0)
-        q[:, 6] -= yaw
-        if len(q) > 1 and np.abs(np.diff(q, axis=0)).max() > _MAX_STEP:
-            continue
-        paths[branch] = JointPath(q, tcp, yaw)
-    return paths
+def joint_path(kinematics: CellKinematics, samples: Array, branch: int) -> JointPath | None:
+    """Continuous joint path along ``samples`` (n, 5) in one branch of the inverse kinematics.
+
+    ``None`` when a sample is out of reach, the elbow gets near straight, or a joint jumps.
+    """
+    tcp, yaw = positions(samples), samples[:, 4]
+    # The yaw only turns the last joint, the other way round.
+    q = kinematics.tool_down(samples[:, 0], tcp, np.zeros(len(tcp)))[:, branch]
+    if np.isnan(q).any() or np.abs(q[:, 3]).min() < _ELBOW_MARGIN:
+        return None
+    q[:, 1:] = np.unwrap(q[:, 1:], axis=0)
+    q[:, 6] -= yaw
+    if np.abs(np.diff(q, axis=0)).max() > _MAX_STEP:
+        return None
+    return JointPath(q, tcp, yaw)
 
 
 def starting_at(path: JointPath, start: Array) -> JointPath | None:

@@ -31,6 +31,7 @@ class ArmModel:
     ----------
     d1, a2, a3, d4, d5, d6 : Denavit-Hartenberg lengths; the twists are those of every UR.
     max_speed, max_torque : per joint, rad/s and N m.
+    payload, payload_tool_down : at any orientation, and with the tool kept vertical, kg.
     masses : of the six moving links.
     radii : of shoulder, upper arm, forearm and the three wrists, for the collision shapes.
     shoulder_offset, elbow_offset : how far upper arm and forearm stand beside their joint plane.
@@ -46,6 +47,7 @@ class ArmModel:
     max_speed: Six
     max_torque: Six
     payload: float
+    payload_tool_down: float
     reach: float
     masses: Six
     radii: Six
@@ -96,6 +98,7 @@ ARMS: dict[str, ArmModel] = {
             max_speed=_speeds(180, 180, 180),
             max_torque=(150.0, 150.0, 150.0, 28.0, 28.0, 28.0),
             payload=5.0,
+            payload_tool_down=5.0,
             reach=0.85,
             masses=(3.761, 8.058, 2.846, 1.37, 1.3, 0.365),
             radii=(0.075, 0.07, 0.06, 0.055, 0.045, 0.045),
@@ -107,6 +110,7 @@ ARMS: dict[str, ArmModel] = {
             a2=-0.6127,
             a3=-0.57155,
             payload=12.5,
+            payload_tool_down=12.5,
             reach=1.30,
             masses=(7.369, 13.051, 3.989, 2.1, 1.98, 0.615),
             **_E10,  # type: ignore[arg-type]
@@ -116,6 +120,7 @@ ARMS: dict[str, ArmModel] = {
             a2=-0.4784,
             a3=-0.36,
             payload=16.0,
+            payload_tool_down=16.0,
             reach=0.90,
             masses=(7.369, 10.45, 4.321, 2.18, 2.033, 0.907),
             **_E10,  # type: ignore[arg-type]
@@ -125,6 +130,7 @@ ARMS: dict[str, ArmModel] = {
             a2=-0.862,
             a3=-0.7287,
             payload=20.0,
+            payload_tool_down=25.0,
             reach=1.75,
             masses=(16.343, 29.632, 7.879, 3.054, 3.126, 0.926),
             **_BIG,  # type: ignore[arg-type]
@@ -134,6 +140,7 @@ ARMS: dict[str, ArmModel] = {
             a2=-0.637,
             a3=-0.5037,
             payload=30.0,
+            payload_tool_down=35.0,
             reach=1.30,
             masses=(16.343, 28.542, 7.156, 3.054, 3.126, 0.926),
             **_BIG,  # type: ignore[arg-type]

@@ -1,0 +1,160 @@
+"""The planning world: would this configuration touch anything?
+
+A second physics client that never steps. The arm is set to a configuration, the carried box is
+hung under its pad, and the contacts are read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+import pybullet
+from numpy.typing import NDArray
+
+from arm_executor import bullet
+from arm_executor.layout import Block, Layout
+from arm_executor.motion.path import JointPath
+from arm_executor.robot.parameters import ArmModel
+from arm_executor.robot.urdf import cell_urdf
+from pack_msgs_py.cell_values import Pose
+from pack_msgs_py.values import Vec3
+
+Array = NDArray[np.float64]
+
+#: Least distances, metres: of the arm's links, of mast and pad, of the carried box. The last two
+#: are below half a profile's clearance to a wall (2 mm).
+ARM_MARGIN, TOOL_MARGIN, BOX_MARGIN = 0.005, 0.001, 0.001
+#: The carried box is checked without this much at its bottom and top, so that what it stands on
+#: and the pad are no collisions.
+BOX_SKIN = 0.004
+#: Links this many joints apart cannot meet, or always touch.
+_NEIGHBOUR_LINKS = 2
+_TOOL_LINKS = ('tool', 'tcp')
+#: Where the carried box is while it is not checked.
+_ASIDE = Pose((0.0, 0.0, 9.0))
+
+
+class PlanningWorld:
+    """Fixed obstacles by key, the arm, and one carried box."""
+
+    def __init__(self, arm: ArmModel, layout: Layout) -> None:
+        self._client = bullet.connect()
+        self._robot = bullet.load_robot(self._client, cell_urdf(arm, layout), self_collision=True)
+        self._joints = bullet.joint_indices(self._client, self._robot)
+        self._links = bullet.link_names(self._client, self._robot)
+        self._tool = {n for n, name in self._links.items() if name in _TOOL_LINKS}
+        for one in self._links:
+            for other in self._links:
+                if abs(one - other) <= _NEIGHBOUR_LINKS:
+                    pybullet.setCollisionFilterPair(
+                        self._robot, self._robot, one, other, 0, physicsClientId=self._client
+                    )
+        self._bodies: dict[str, tuple[int, object]] = {}
+        self._names: dict[int, str] = {self._robot: 'arm'}
+        self._held = -1
+        self._held_size: Vec3 = (0.0, 0.0, 0.0)
+
+    def set_block(self, block: Block) -> None:
+        """Add a fixed obstacle under its own name."""
+        self.set_box(block.name, block.size, Pose(block.centre))
+
+    def set_box(self, name: str, size: Vec3, pose: Pose) -> None:
+        """Add an obstacle called ``name``, or move it."""
+        if name in self._bodies:
+            if self._bodies[name][1] == (size, pose):
+                return
+            self.remove(name)
+        body = bullet.add_box(self._client, size, pose)
+        self._bodies[name] = (body, (size, pose))
+        self._names[body] = name
+
+    def remove(self, name: str) -> None:
+        """Take an obstacle away; one that is not there is fine."""
+        entry = self._bodies.pop(name, None)
+        if entry is not None:
+            pybullet.removeBody(entry[0], physicsClientId=self._client)
+            del self._names[entry[0]]
+
+    def hold(self, size: Vec3, name: str) -> None:
+        """Hang a box of ``size`` under the pad for the coming checks."""
+        self.drop()
+        skinned = (size[0], size[1], max(size[2] - 2 * BOX_SKIN, size[2] / 4))
+        # Dynamic on purpose: two fixed bodies are never checked against each other.
+        self._held = bullet.add_box(self._client, skinned, _ASIDE, mass=0.1)
+        self._held_size = size
+        self._names[self._held] = name
+        for link in self._tool:
+            pybullet.setCollisionFilterPair(
+                self._robot, self._held, link, -1, 0, physicsClientId=self._client
+            )
+
+    def drop(self) -> None:
+        """Take the carried box away."""
+        if self._held >= 0:
+            pybullet.removeBody(self._held, physicsClientId=self._client)
+            del self._names[self._held]
+            self._held = -1
+
+    def first_hit(self, path: JointPath, box_turn: float | None = None) -> str | None:
+        """What touches what along ``path``, or ``None`` when nothing does.
+
+        ``box_turn`` is the carried box's yaw relative to the pad's; ``None`` when the pad is empty.
+        Samples are visited coarse to fine, since most collisions are long.
+        """
+        carried = self._held >= 0 and box_turn is not None
+        if self._held >= 0 and not carried:
+            bullet.move_box(self._client, self._held, _ASIDE)
+        for index in _coarse_to_fine(len(path.q)):
+            if carried and box_turn is not None:
+                x, y, z = (float(value) for value in path.tcp[index])
+                half = 0.5 * (float(path.yaw[index]) + box_turn)
+                pybullet.resetBasePositionAndOrientation(
+                    self._held,
+                    (x, y, z - self._held_size[2] / 2),
+                    (0.0, 0.0, np.sin(half), np.cos(half)),
+                    physicsClientId=self._client,
+                )
+            hit = self._hit_at(path.q[index])
+            if hit is not None:
+                return hit
+        return None
+
+    def _hit_at(self, q: Array) -> str | None:
+        for joint, value in zip(self._joints, q.tolist(), strict=True):
+            pybullet.resetJointState(self._robot, joint, value, physicsClientId=self._client)
+        pybullet.performCollisionDetection(physicsClientId=self._client)
+        for contact in pybullet.getContactPoints(bodyA=self._robot, physicsClientId=self._client):
+            _, _, other, link, other_link, *_ = contact
+            distance = contact[8]
+            if other == self._held:
+                margin = ARM_MARGIN
+            elif other == self._robot:
+                margin = 0.0
+            else:
+                margin = TOOL_MARGIN if link in self._tool else ARM_MARGIN
+            if distance < margin:
+                what = self._links[other_link] if other == self._robot else self._names[other]
+                return f'{self._links[link]} and {what}'
+        if self._held >= 0:
+            contacts = pybullet.getContactPoints(bodyA=self._held, physicsClientId=self._client)
+            for contact in contacts:
+                if contact[2] != self._robot and contact[8] < BOX_MARGIN:
+                    return f'{self._names[self._held]} and {self._names[contact[2]]}'
+        return None
+
+    def names(self) -> Iterable[str]:
+        """Names of the obstacles."""
+        return tuple(self._bodies)
+
+    def close(self) -> None:
+        """End the client."""
+        pybullet.disconnect(physicsClientId=self._client)
+
+
+def _coarse_to_fine(count: int) -> list[int]:
+    order = list(range(0, count, 8))
+    order += range(4, count, 8)
+    order += range(2, count, 4)
+    order += range(1, count, 2)
+    return order

@@ -1,0 +1,223 @@
+"""The physics world: bins, boxes and the arm as bodies. Frame `cell`, metres, seconds.
+
+Settings from measurements (docs/decisions.md): 240 steps a second and up to 300 solver iterations
+keep forty-box stacks still to 2 mm; bodies at rest sleep, since awake they creep.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+import zlib
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+import pybullet
+from numpy.typing import NDArray
+
+from arm_executor import bullet
+from arm_executor.layout import Block, Layout, conveyor_block, rail_block
+from arm_executor.robot.parameters import ArmModel
+from arm_executor.robot.urdf import cell_urdf
+from pack_msgs_py.cell_values import Pose
+from pack_msgs_py.values import Box, Vec3
+
+Array = NDArray[np.float64]
+
+STEP_S = 1.0 / 240.0
+_ITERATIONS = 300
+_DAMPING = 0.04
+_FRICTION = 0.6
+#: A box slower than this is at rest, m/s and rad/s.
+_REST_SPEED, _REST_TURN = 0.003, 0.03
+_REST_STEPS = 12
+
+_BELT, _STEEL, _WALL, _PALLET, _FLOOR = (
+    (0.16, 0.17, 0.19, 1.0),
+    (0.45, 0.47, 0.5, 1.0),
+    (0.35, 0.55, 0.78, 1.0),
+    (0.62, 0.47, 0.3, 1.0),
+    (0.80, 0.81, 0.83, 1.0),
+)
+_CARTONS = (
+    (0.80, 0.62, 0.42, 1.0),
+    (0.72, 0.53, 0.34, 1.0),
+    (0.86, 0.71, 0.52, 1.0),
+    (0.66, 0.49, 0.33, 1.0),
+    (0.90, 0.78, 0.60, 1.0),
+    (0.77, 0.57, 0.44, 1.0),
+)
+
+
+@dataclass(frozen=True)
+class Body:
+    """A box as a body."""
+
+    number: int
+    size: Vec3
+    com_offset: Vec3
+
+
+class PhysicsWorld:
+    """One physics client with the arm, the fixed parts of the cell and boxes by id.
+
+    ``speed`` paces the steps: 1 is real time, 0 as fast as possible.
+    """
+
+    def __init__(self, arm: ArmModel, layout: Layout, speed: float = 0.0) -> None:
+        self.client = bullet.connect()
+        self._speed = speed
+        self._due = time.monotonic()
+        self._parts: dict[str, list[int]] = {}
+        self.boxes: dict[str, Body] = {}
+        self.elapsed_s = 0.0
+        client = self.client
+        pybullet.setGravity(0, 0, -9.81, physicsClientId=client)
+        pybullet.setPhysicsEngineParameter(
+            fixedTimeStep=STEP_S, numSolverIterations=_ITERATIONS, physicsClientId=client
+        )
+        self.robot = bullet.load_robot(client, cell_urdf(arm, layout))
+        self.joints = bullet.joint_indices(client, self.robot)
+        self._torques = [layout.rail.force, *arm.max_torque]
+        self.links = {name: n for n, name in bullet.link_names(client, self.robot).items()}
+        for link in self.links.values():
+            pybullet.changeDynamics(
+                self.robot, link, linearDamping=0, angularDamping=0, physicsClientId=client
+            )
+        self.add_part('floor', (Block('floor', (-4, -3, -0.1), (4, 3.2, 0.0)),), _FLOOR)
+        self.add_part('conveyor', (conveyor_block(layout),), _BELT)
+        self.add_part('rail', (rail_block(layout),), _STEEL)
+        for part in ('rail', 'floor'):
+            pybullet.setCollisionFilterPair(
+                self.robot,
+                self._parts[part][0],
+                self.links['carriage'],
+                -1,
+                0,
+                physicsClientId=client,
+            )
+
+    def add_part(
+        self,
+        name: str,
+        blocks: Iterable[Block],
+        colour: tuple[float, float, float, float] | None = None,
+    ) -> None:
+        """Add fixed blocks under one ``name``; the default colour is that of a bin."""
+        numbers = self._parts.setdefault(name, [])
+        for block in blocks:
+            shade = colour or (_PALLET if block.name.endswith('floor') else _WALL)
+            number = bullet.add_block(self.client, block, shade)
+            pybullet.changeDynamics(
+                number, -1, lateralFriction=_FRICTION, physicsClientId=self.client
+            )
+            numbers.append(number)
+
+    def remove_part(self, name: str) -> None:
+        """Take the blocks called ``name`` away."""
+        for number in self._parts.pop(name, []):
+            pybullet.removeBody(number, physicsClientId=self.client)
+
+    def add_box(self, box: Box, pose: Pose) -> None:
+        """Add ``box`` with its true size, mass and centre of mass at ``pose``."""
+        size = _metres(box.size_mm)
+        offset = _metres(box.com_offset_mm)
+        number = bullet.add_box(
+            self.client, size, pose, box.weight_kg, offset, _CARTONS[zlib.crc32(box.id.encode()) % 6]
+        )
+        pybullet.changeDynamics(
+            number,
+            -1,
+            lateralFriction=_FRICTION,
+            linearDamping=_DAMPING,
+            angularDamping=_DAMPING,
+            activationState=pybullet.ACTIVATION_STATE_ENABLE_SLEEPING,
+            physicsClientId=self.client,
+        )
+        self.boxes[box.id] = Body(number, size, offset)
+
+    def remove_box(self, box_id: str) -> None:
+        """Take a box away; one that is not there is fine."""
+        body = self.boxes.pop(box_id, None)
+        if body is not None:
+            pybullet.removeBody(body.number, physicsClientId=self.client)
+
+    def move_box(self, box_id: str, pose: Pose) -> None:
+        """Put a box elsewhere, at rest."""
+        body = self.boxes[box_id]
+        bullet.move_box(self.client, body.number, pose, body.com_offset)
+        pybullet.resetBaseVelocity(
+            body.number, (0, 0, 0), (0, 0, 0), physicsClientId=self.client
+        )
+
+    def pose(self, box_id: str) -> Pose:
+        """Pose of a box's geometric centre."""
+        body = self.boxes[box_id]
+        return bullet.box_pose(self.client, body.number, body.com_offset)
+
+    def step(self, count: int = 1) -> None:
+        """Advance by ``count`` steps, at the pace of ``speed``."""
+        for _ in range(count):
+            pybullet.stepSimulation(physicsClientId=self.client)
+        self.elapsed_s += count * STEP_S
+        if self._speed > 0:
+            now = time.monotonic()
+            # After a pause (planning, waiting for the belt) the clock starts anew.
+            self._due = max(self._due, now - 0.25) + count * STEP_S / self._speed
+            if self._due > now + 0.002:
+                time.sleep(self._due - now)
+
+    def settle(self, box_ids: Iterable[str], timeout_s: float) -> float:
+        """Step until all of ``box_ids`` rest, or ``timeout_s`` of robot time passed; seconds."""
+        numbers = [self.boxes[one].number for one in box_ids]
+        still = 0
+        for count in range(math.ceil(timeout_s / STEP_S)):
+            if still >= _REST_STEPS:
+                return count * STEP_S
+            self.step()
+            still = still + 1 if all(self._rests(number) for number in numbers) else 0
+        return timeout_s
+
+    def _rests(self, number: int) -> bool:
+        speed, turn = pybullet.getBaseVelocity(number, physicsClientId=self.client)
+        return max(map(abs, speed)) < _REST_SPEED and max(map(abs, turn)) < _REST_TURN
+
+    def drive(self, q: Array, qd: Array) -> None:
+        """Set what the joints steer for: positions and speeds (7,), within their real torques."""
+        pybullet.setJointMotorControlArray(
+            self.robot,
+            self.joints,
+            pybullet.POSITION_CONTROL,
+            targetPositions=q.tolist(),
+            targetVelocities=qd.tolist(),
+            forces=self._torques,
+            physicsClientId=self.client,
+        )
+
+    def joint_state(self) -> tuple[Array, Array]:
+        """Measured joint positions and speeds, (7,) each."""
+        states = pybullet.getJointStates(self.robot, self.joints, physicsClientId=self.client)
+        return np.array([one[0] for one in states]), np.array([one[1] for one in states])
+
+    def put_arm(self, q: Array) -> None:
+        """Set the joints without motion; only while the world is being made."""
+        for joint, value in zip(self.joints, q.tolist(), strict=True):
+            pybullet.resetJointState(self.robot, joint, value, physicsClientId=self.client)
+        self.drive(q, np.zeros(len(q)))
+
+    def tool_pose(self) -> Pose:
+        """Measured pose of the pad's face."""
+        state = pybullet.getLinkState(
+            self.robot, self.links['tcp'], computeForwardKinematics=1, physicsClientId=self.client
+        )
+        return Pose(tuple(state[4]), tuple(state[5]))
+
+    def close(self) -> None:
+        """End the client."""
+        pybullet.disconnect(physicsClientId=self.client)
+
+
+def _metres(values_mm: Vec3) -> Vec3:
+    x, y, z = values_mm
+    return (x / 1000, y / 1000, z / 1000)
