@@ -116,9 +116,14 @@ class Engine:
 
     def _build(self, source: Bin) -> BinModel:
         old = self._models.get((source.id, source.revision - 1))
-        if old is not None and old.source.boxes == source.boxes[:-1]:
-            if len(source.boxes) == len(old.source.boxes) + 1 and old.source.spec == source.spec:
-                return with_box(old, source.boxes[-1], self.profile)
+        grown_by_one = (
+            old is not None
+            and len(source.boxes) == len(old.source.boxes) + 1
+            and old.source.boxes == source.boxes[:-1]
+            and old.source.spec == source.spec
+        )
+        if old is not None and grown_by_one:
+            return with_box(old, source.boxes[-1], self.profile)
         return build_model(source, self.profile)
 
     def with_box(self, model: BinModel, placed: PlacedBox) -> BinModel:

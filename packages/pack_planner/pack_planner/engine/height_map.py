@@ -74,10 +74,10 @@ def _grid_lines(boxes, columns, rows, height, tolerance, step, axis):  # type: i
             if matters or columns[i] < box[0] or columns[i + 1] > box[2]:
                 continue
             for j in range(len(rows) - 1):
-                if rows[j] >= box[1] and rows[j + 1] <= box[3]:
-                    if height[i, j] <= box[4] + tolerance:
-                        matters = True
-                        break
+                under = rows[j] >= box[1] and rows[j + 1] <= box[3]
+                if under and height[i, j] <= box[4] + tolerance:
+                    matters = True
+                    break
         if matters:
             for edge in (box[axis], box[axis + 2]):
                 found.append(edge // step * step)
@@ -164,12 +164,12 @@ def _stacked(model: BinModel, placed: PlacedBox, spec: BinSpec) -> BinModel:
     x0, x1 = max(0, x0), min(length, x1)
     y0, y1 = max(0, y0), min(breadth, y1)
     row = np.array([[x0, y0, x1, y1, top]], np.int64)
-    maps = _add_box(
+    columns, rows, height, owner = _add_box(
         model.columns, model.rows, model.height, model.owner,
         (x0, y0, x1, y1), top, len(model.boxes),
     )  # fmt: skip
     return BinModel(
-        model.source, '', np.concatenate((model.boxes, row)), *maps,
+        model.source, '', np.concatenate((model.boxes, row)), columns, rows, height, owner,
         model.lines_x, model.lines_y, model.slack, model.passed_on,
     )  # fmt: skip
 

@@ -1,0 +1,84 @@
+"""The latest of everything the planner hears, and which boxes it may choose from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Scan
+from pack_msgs_py.codes import BoxEventKind, Mode
+from pack_msgs_py.values import Bin, Box
+
+
+@dataclass(frozen=True)
+class Heartbeat:
+    """The executor's mode; see pack_msgs/ExecutorState."""
+
+    mode: Mode
+    active_box_id: str = ''
+    stamp_s: float = 0.0
+
+
+@dataclass
+class Inputs:
+    """What was heard last. Stamps are seconds since the epoch."""
+
+    scan: Scan | None = None
+    unusable: int = 0
+    bins: BinSnapshot | None = None
+    heartbeat: Heartbeat | None = None
+    rejected: set[str] = field(default_factory=set)
+    _events: dict[str, BoxEvent] = field(default_factory=dict)
+
+    def add_event(self, event: BoxEvent) -> None:
+        """Remember what happened to a box last; two nodes report, so stamps decide the order."""
+        last = self._events.get(event.box_id)
+        if last is None or event.stamp_s >= last.stamp_s:
+            self._events[event.box_id] = event
+
+    def last_event(self, box_id: str) -> BoxEventKind | None:
+        """What happened last to this box, ``None`` when nothing did."""
+        event = self._events.get(box_id)
+        return None if event is None else event.event
+
+    def available(self) -> tuple[Box, ...]:
+        """Boxes on the belt that are to be placed, nearest first.
+
+        A box that was picked, placed, rejected or lost may still be in a scan that was made before.
+        """
+        if self.scan is None or self.bins is None:
+            return ()
+        in_bins = {placed.box.id for one in self.bins.bins for placed in one.boxes}
+        return tuple(
+            item.box
+            for item in self.scan.boxes
+            if item.box.id not in in_bins
+            and item.box.id not in self.rejected
+            and self.last_event(item.box.id) in (None, BoxEventKind.RETURNED)
+        )
+
+    def look_ahead_full(self, look_ahead: int) -> bool:
+        """Whether the belt shows all it can: the whole look-ahead, or the end of the stream."""
+        if self.scan is None:
+            return False
+        return self.scan.remaining == 0 or len(self.available()) + self.unusable >= look_ahead
+
+    def newest_stamp_s(self) -> float:
+        """Stamp of the youngest input."""
+        stamps = [event.stamp_s for event in self._events.values()]
+        stamps += [one.stamp_s for one in (self.scan, self.bins, self.heartbeat) if one is not None]
+        return max(stamps, default=0.0)
+
+
+def same_content(one: tuple[Bin, ...], other: tuple[Bin, ...]) -> bool:
+    """Whether two states of the bins are the same for planning; measured poses may differ."""
+    return _content(one) == _content(other)
+
+
+def _content(bins: tuple[Bin, ...]) -> list[tuple[object, ...]]:
+    return [
+        (
+            (one.id, one.serial, one.revision, one.spec),
+            *((p.box.id, p.corner_mm, p.size_mm, p.orientation) for p in one.boxes),
+        )
+        for one in bins
+    ]
