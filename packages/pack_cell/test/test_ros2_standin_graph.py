@@ -1,0 +1,141 @@
+"""The stand-in `ros2` against a live node in a domain of its own."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+
+import domain_coordinator
+import pytest
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from std_msgs.msg import String
+from std_srvs.srv import SetBool
+
+pytestmark = pytest.mark.ros
+
+STATE = QoSProfile(
+    depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
+)
+
+
+def _answer(request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+    response.success = request.data
+    response.message = 'done'
+    return response
+
+
+@pytest.fixture(scope='module')
+def domain() -> Iterator[int]:
+    with domain_coordinator.domain_id() as number:
+        yield number
+
+
+@pytest.fixture(scope='module', autouse=True)
+def node(domain: int) -> Iterator[Node]:
+    context = rclpy.Context()
+    rclpy.init(context=context, domain_id=domain)
+    node = rclpy.create_node('talker', namespace='/cell', context=context)
+    node.declare_parameter('rate', 10.0)
+    node.create_publisher(String, 'state', STATE).publish(String(data='once, before anyone came'))
+    chatter = node.create_publisher(String, 'chatter', 10)
+    node.create_timer(0.05, lambda: chatter.publish(String(data='hello')))
+    node.create_service(SetBool, 'switch', _answer)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    thread = threading.Thread(target=executor.spin, daemon=True)
+    thread.start()
+    yield node
+    executor.shutdown()
+    thread.join(5)
+    node.destroy_node()
+    rclpy.try_shutdown(context=context)
+
+
+def ros2(domain: int, *arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, '-m', 'pack_cell.ros2cli_standin', *arguments],
+        env={**os.environ, 'ROS_DOMAIN_ID': str(domain)},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+    )
+
+
+def test_topic_list_with_types(domain: int) -> None:
+    ended = ros2(domain, 'topic', 'list', '-t', '--spin-time', '3')
+    assert '/cell/chatter [std_msgs/msg/String]' in ended.stdout.splitlines()
+
+
+def test_echo_gets_the_last_state_of_a_transient_local_topic(domain: int) -> None:
+    ended = ros2(domain, 'topic', 'echo', '/cell/state', '--once')
+    assert (ended.stdout, ended.returncode) == ('data: once, before anyone came\n---\n', 0)
+
+
+def test_echo_of_a_field(domain: int) -> None:
+    ended = ros2(domain, 'topic', 'echo', '/cell/chatter', '--once', '--field', 'data')
+    assert ended.stdout == 'hello\n---\n'
+
+
+def test_echo_of_an_unknown_topic(domain: int) -> None:
+    ended = ros2(domain, 'topic', 'echo', 'nothing')
+    assert ended.returncode == 1
+    assert ended.stdout == 'WARNING: topic [nothing] does not appear to be published yet\n'
+    assert ended.stderr == 'Could not determine the type for the passed topic\n'
+
+
+def test_hz_measures_until_interrupted(domain: int) -> None:
+    with subprocess.Popen(
+        [sys.executable, '-m', 'pack_cell.ros2cli_standin', 'topic', 'hz', '/cell/chatter'],
+        env={**os.environ, 'ROS_DOMAIN_ID': str(domain)},
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stdout is not None
+        line = process.stdout.readline()
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=30)
+    assert line.startswith('average rate: ')
+    assert 5.0 < float(line.split()[-1]) < 40.0
+    assert process.returncode == signal.SIGINT
+
+
+def test_topic_info_and_type(domain: int) -> None:
+    ended = ros2(domain, 'topic', 'info', '/cell/chatter')
+    assert ended.stdout == 'Type: std_msgs/msg/String\nPublisher count: 1\nSubscription count: 0\n'
+    assert ros2(domain, 'topic', 'type', '/cell/chatter').stdout == 'std_msgs/msg/String\n'
+
+
+def test_node_list_and_info(domain: int) -> None:
+    assert ros2(domain, 'node', 'list', '--spin-time', '3').stdout == '/cell/talker\n'
+    lines = ros2(domain, 'node', 'info', '/cell/talker').stdout.splitlines()
+    assert lines[:2] == ['/cell/talker', '  Subscribers:']
+    assert '    /cell/switch: std_srvs/srv/SetBool' in lines
+
+
+def test_service_call(domain: int) -> None:
+    values = '{data: true}'
+    ended = ros2(domain, 'service', 'call', '/cell/switch', 'std_srvs/srv/SetBool', values)
+    expected = "response:\nstd_srvs.srv.SetBool_Response(success=True, message='done')\n\n"
+    assert ended.stdout.endswith(expected)
+
+
+def test_parameters_are_listed_read_and_set(domain: int) -> None:
+    assert '  rate' in ros2(domain, 'param', 'list', '/cell/talker').stdout.splitlines()
+    ended = ros2(domain, 'param', 'set', '/cell/talker', 'rate', '5.5')
+    assert ended.stdout == 'Set parameter successful\n'
+    assert ros2(domain, 'param', 'get', 'cell/talker', 'rate').stdout == 'Double value is: 5.5\n'
+    assert (
+        'Setting parameter failed'
+        in ros2(domain, 'param', 'set', '/cell/talker', 'rate', 'fast').stderr
+    )
+
+
+def test_an_unknown_node_has_no_parameters(domain: int) -> None:
+    ended = ros2(domain, 'param', 'get', '/nobody', 'rate')
+    assert (ended.returncode, ended.stderr) == (1, 'Node not found\n')
