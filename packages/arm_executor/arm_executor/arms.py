@@ -1,0 +1,45 @@
+"""Choose an arm by name."""
+
+from __future__ import annotations
+
+from arm_executor.arm import Arm
+from arm_executor.layout import Layout
+from arm_executor.timed_arm import TimedArm
+
+ARMS = ('physics', 'timed')
+
+
+def make_arm(
+    kind: str,
+    *,
+    layout: Layout,
+    robot: str = 'ur20',
+    speed: float = 1.0,
+    tolerance_mm: float = 5.0,
+    angle_tolerance_deg: float = 2.0,
+) -> Arm:
+    """The arm called ``kind``.
+
+    Parameters
+    ----------
+    kind : ``'physics'`` moves a robot model in PyBullet, ``'timed'`` only spends the time.
+    robot : name of the robot model, for ``'physics'``.
+    speed : robot seconds per wall-clock second; 0 is as fast as the machine can.
+    tolerance_mm, angle_tolerance_deg : how far off a box may rest, for ``'physics'``.
+    """
+    if kind == 'timed':
+        return TimedArm(layout, speed=speed)
+    if kind == 'physics':
+        # Only here, so that everything else runs without PyBullet.
+        from arm_executor.physics_arm import PhysicsArm
+
+        return PhysicsArm(
+            layout=layout,
+            robot=robot,
+            speed=speed,
+            tolerance_mm=tolerance_mm,
+            angle_tolerance_deg=angle_tolerance_deg,
+            others_tolerance_mm=tolerance_mm,
+        )
+    msg = f'unknown arm {kind!r}: use one of {", ".join(ARMS)}'
+    raise ValueError(msg)

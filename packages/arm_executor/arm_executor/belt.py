@@ -1,0 +1,76 @@
+"""What the executor knows of the belt: the latest scan, and how long a box is on its way."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Mapping
+
+from arm_executor.admission import find_scanned
+from pack_msgs_py.cell_values import Scan, ScannedBox
+from pack_msgs_py.codes import Phase
+
+#: Phases of a motion after the box has left the belt.
+_AFTER_PICK = (
+    Phase.TRANSFERRING,
+    Phase.LOWERING,
+    Phase.RELEASING,
+    Phase.RETREATING,
+    Phase.SETTLING,
+)
+
+
+class BeltView:
+    """The latest scan, shared between the thread that hears it and the one that waits for it."""
+
+    def __init__(self) -> None:
+        self._changed = threading.Condition()
+        self.scan: Scan | None = None
+
+    def update(self, scan: Scan) -> None:
+        """A new scan has come."""
+        with self._changed:
+            self.scan = scan
+            self._changed.notify_all()
+
+    def wake(self) -> None:
+        """Let a waiting thread look again whether it should give up."""
+        with self._changed:
+            self._changed.notify_all()
+
+    def wait_presented(
+        self, box_id: str, timeout_s: float, give_up: Callable[[], bool]
+    ) -> ScannedBox | None:
+        """The box once it is at the pick point; ``None`` after ``timeout_s`` or ``give_up()``."""
+
+        def presented() -> ScannedBox | None:
+            found = find_scanned(self.scan, box_id)
+            return found if found is not None and found.pick_open_s is not None else None
+
+        with self._changed:
+            self._changed.wait_for(lambda: give_up() or presented() is not None, timeout_s)
+            return None if give_up() else presented()
+
+
+class BeltClock:
+    """Robot time that the belt has had since the last box was taken off it.
+
+    The belt starts to bring the next box as soon as one is picked. While the arm moves, robot
+    time passes; while it stands still, wall-clock time does.
+    """
+
+    def __init__(self, steady: Callable[[], float] = time.monotonic) -> None:
+        self._steady = steady
+        self._motion_s = 0.0
+        self._since: float | None = None
+
+    def motion_ended(self, split_s: Mapping[Phase, float]) -> None:
+        """A motion that picked its box has ended; ``split_s`` is its robot time by phase."""
+        self._motion_s = sum(split_s.get(phase, 0.0) for phase in _AFTER_PICK)
+        self._since = self._steady()
+
+    def elapsed_s(self) -> float | None:
+        """Robot time since the last pick; ``None`` before the first one of this run."""
+        if self._since is None:
+            return None
+        return self._motion_s + self._steady() - self._since

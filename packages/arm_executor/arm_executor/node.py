@@ -1,0 +1,374 @@
+"""Node `arm_executor`: places boxes with the arm, and owns the truth of the bins.
+
+- action `place_box` (PlaceBox): one placement at a time; every goal is accepted by ROS and ends
+  with an error code, since a rejected ROS goal could not carry one
+- service `check_placements` (CheckPlacements): can the arm do these, and how long would it take
+- service `swap_bin` (SwapBin): close a bin, open an empty one
+- service `~/pause` (SetBool), `~/reset` (Trigger)
+- publishes `bin_state`, `bin_closed`, `box_event`, `placement_report`, `executor_state` (10 Hz),
+  `joint_states` (20 Hz while moving), `/diagnostics` (1 Hz)
+- subscribes to `box_scan`
+"""
+
+from __future__ import annotations
+
+import os
+import queue
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import rclpy
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.action.server import ServerGoalHandle
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.task import Future
+from std_srvs.srv import SetBool, Trigger
+
+from arm_executor.admission import Goal, Refusal
+from arm_executor.arm import Arm
+from arm_executor.arms import make_arm
+from arm_executor.bins import STATIONS, BinBook, BookError
+from arm_executor.core import ExecutorCore
+from arm_executor.journal import Journal, JournalError
+from arm_executor.layout import Layout, check_layout, pick_pose
+from arm_executor.nodes.messages import (
+    candidate,
+    feedback_to_ros,
+    goal_from_ros,
+    unusable_goal,
+)
+from arm_executor.nodes.publishers import Publishers
+from arm_executor.outputs import (
+    BinClosed,
+    BinsChanged,
+    Failed,
+    Finished,
+    Happened,
+    Output,
+    Progress,
+    Replied,
+    Said,
+)
+from arm_executor.records import configuration
+from arm_executor.settings import Parameters, settings_from
+from pack_msgs.action import PlaceBox
+from pack_msgs.msg import BoxScan, PlacementCheck
+from pack_msgs.srv import CheckPlacements, SwapBin
+from pack_msgs_py import conversions, qos
+from pack_msgs_py.cell_values import Report
+from pack_msgs_py.codes import ErrorCode, Mode
+from pack_msgs_py.ros_params import declare_parameters
+from pack_msgs_py.values import parse_bin
+
+JOINTS_PERIOD_S = 0.05
+DIAGNOSTICS_PERIOD_S = 1.0
+#: The process must be gone 3 s after a signal; a motion that does not stop is left behind.
+STOP_TIMEOUT_S = 2.0
+#: How long the action server keeps results for a client that asks late.
+RESULT_TIMEOUT_S = 60
+
+ArmFactory = Callable[[Parameters, Layout], Arm]
+
+
+def arm_from(parameters: Parameters, layout: Layout) -> Arm:
+    """The arm that the parameters ask for."""
+    return make_arm(
+        parameters.arm,
+        layout=layout,
+        robot=parameters.robot,
+        speed=parameters.speed,
+        tolerance_mm=parameters.tolerance_mm,
+        angle_tolerance_deg=parameters.angle_tolerance_deg,
+    )
+
+
+class ArmExecutor(Node):
+    """See the module's docstring for its interfaces.
+
+    Raises
+    ------
+    ValueError, JournalError
+        A parameter, or the journal in ``state_dir``, cannot be used.
+    """
+
+    def __init__(
+        self,
+        *,
+        arm_factory: ArmFactory = arm_from,
+        **node_arguments: Any,  # noqa: ANN401 - handed on to rclpy
+    ) -> None:
+        super().__init__('arm_executor', **node_arguments)
+        self._outputs: queue.SimpleQueue[Output] = queue.SimpleQueue()
+        self._handles: dict[bytes, ServerGoalHandle] = {}
+        self._results: dict[bytes, PlaceBox.Result] = {}
+        self._mode = Mode.INACTIVE
+        self._layout = Layout()
+        parameters = declare_parameters(self, Parameters)
+        spec = parse_bin(parameters.bin_type)
+        settings = settings_from(parameters)
+        check_layout(self._layout, dict.fromkeys(STATIONS[: parameters.open_bins], spec))
+        self._journal = Journal(parameters.state_dir, configuration(spec, settings.profile))
+        self._book = BinBook(self._journal, spec, parameters.open_bins, self._now_s)
+        self._core = ExecutorCore(
+            self._book,
+            settings,
+            lambda: arm_factory(parameters, self._layout),
+            self._emit,
+            wall=self._now_s,
+        )
+        self._publish = Publishers(self)
+        self._wake = self.create_guard_condition(self._drain)
+        self._make_interfaces()
+        self._core.start()
+
+    def _make_interfaces(self) -> None:
+        self.create_subscription(BoxScan, 'box_scan', self._on_scan, qos.TOPICS['box_scan'])
+        self.create_service(SwapBin, 'swap_bin', self._swap_bin)
+        self.create_service(SetBool, '~/pause', self._pause)
+        # These wait for the arm's thread. In the node's own group, which lets one callback in at
+        # a time, they would hold up everything else meanwhile, the heartbeat too.
+        waiting = ReentrantCallbackGroup()
+        self.create_service(
+            CheckPlacements, 'check_placements', self._check, callback_group=waiting
+        )
+        self.create_service(Trigger, '~/reset', self._reset, callback_group=waiting)
+        self._action = ActionServer(
+            self,
+            PlaceBox,
+            'place_box',
+            self._finish,
+            handle_accepted_callback=self._start_goal,
+            cancel_callback=self._cancel,
+            result_timeout=RESULT_TIMEOUT_S,
+        )
+        self.create_timer(qos.HEARTBEAT_PERIOD_S, self._beat)
+        self.create_timer(JOINTS_PERIOD_S, self._publish_joints)
+        self.create_timer(DIAGNOSTICS_PERIOD_S, self._publish_diagnostics)
+
+    def _now_s(self) -> float:
+        return 1e-9 * float(self.get_clock().now().nanoseconds)
+
+    def stop_motion(self) -> bool:
+        """Leave the arm still; ``False`` when its thread could not be ended in time."""
+        ended = self._core.end(STOP_TIMEOUT_S)
+        if ended:
+            self._journal.close()
+        return ended
+
+    # -- goals ----------------------------------------------------------------------------------
+
+    def _start_goal(self, handle: ServerGoalHandle) -> None:
+        goal_id = bytes(handle.goal_id.uuid)
+        self._handles[goal_id] = handle
+        try:
+            goal = goal_from_ros(handle.request, goal_id)
+        except ValueError as error:
+            goal = unusable_goal(handle.request, goal_id)
+            refusal = Refusal(ErrorCode.INVALID_GOAL, str(error))
+            self._emit(Finished(self._core.refusal_report(goal, refusal)))
+        else:
+            self._core.submit(goal)
+        self._drain()
+
+    def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
+        self._core.cancel(bytes(handle.goal_id.uuid))
+        return CancelResponse.ACCEPT
+
+    def _finish(self, handle: ServerGoalHandle) -> PlaceBox.Result:
+        """End a goal whose report is there; called by rclpy after ``handle.execute()``."""
+        result = self._results.pop(bytes(handle.goal_id.uuid))
+        code = ErrorCode(result.error_code)
+        if code.box_is_in_bin:
+            handle.succeed()
+        elif code is ErrorCode.CANCELED and handle.is_cancel_requested:
+            handle.canceled()
+        else:
+            handle.abort()
+        return result
+
+    # -- services -------------------------------------------------------------------------------
+
+    async def _check(
+        self, request: CheckPlacements.Request, response: CheckPlacements.Response
+    ) -> CheckPlacements.Response:
+        asked: list[Goal | str] = [self._candidate(one) for one in request.candidates]
+        future = Future()
+        self._core.check(future, [one for one in asked if isinstance(one, Goal)])
+        answers = iter(await future)
+        for one in asked:
+            if isinstance(one, Goal):
+                found = next(answers)
+                check = (int(found.code), found.message, found.motion_s)
+            else:
+                check = (int(ErrorCode.INVALID_GOAL), one, 0.0)
+            response.checks.append(
+                PlacementCheck(error_code=check[0], error_msg=check[1], motion_time=check[2])
+            )
+        return response
+
+    def _candidate(self, msg: Any) -> Goal | str:  # noqa: ANN401 - pack_msgs/Placement
+        """A candidate as goal at the pick point, or what is wrong with it."""
+        try:
+            decision = conversions.decision_from_ros(msg)
+        except ValueError as error:
+            return str(error)
+        pick = pick_pose(self._layout, decision.box.size_mm)
+        return candidate(decision, msg.header.frame_id, pick)
+
+    async def _reset(
+        self, request: Trigger.Request, response: Trigger.Response
+    ) -> Trigger.Response:
+        future = Future()
+        self._core.reset(future)
+        response.success, response.message = await future
+        return response
+
+    def _pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        self._core.pause(request.data)
+        response.success = True
+        response.message = 'paused' if request.data else 'active'
+        self._beat()
+        return response
+
+    def _swap_bin(self, request: SwapBin.Request, response: SwapBin.Response) -> SwapBin.Response:
+        try:
+            opened = self._core.swap(request.bin_id, request.bin_revision)
+        except BookError as error:
+            response.message = str(error)
+            return response
+        response.success = True
+        response.new_bin_id, response.new_serial = opened.id, opened.serial
+        self._drain()
+        return response
+
+    # -- belt -----------------------------------------------------------------------------------
+
+    def _on_scan(self, msg: BoxScan) -> None:
+        try:
+            scan, errors = conversions.scan_from_ros(msg)
+        except ValueError as error:
+            self.get_logger().warning(f'box_scan ignored: {error}', throttle_duration_sec=5.0)
+            return
+        for text in errors:
+            self.get_logger().warning(text, throttle_duration_sec=5.0)
+        self._core.on_scan(scan)
+
+    # -- what the core says ---------------------------------------------------------------------
+
+    def _emit(self, output: Output) -> None:
+        """From any thread: queue ``output`` and wake the executor, so that it goes out at once."""
+        self._outputs.put(output)
+        self._wake.trigger()
+
+    def _drain(self) -> None:
+        while True:
+            try:
+                output = self._outputs.get_nowait()
+            except queue.Empty:
+                break
+            self._tell(output)
+        if self._core.status().mode is not self._mode:
+            self._beat()
+
+    def _tell(self, output: Output) -> None:
+        match output:
+            case Happened():
+                self._publish.event(output)
+            case BinsChanged():
+                self._publish.bins(output)
+            case BinClosed():
+                self._publish.closed(output)
+            case Progress():
+                handle = self._handles.get(output.goal_id)
+                if handle is not None:
+                    handle.publish_feedback(feedback_to_ros(output))
+            case Finished():
+                self._end_goal(output.report)
+            case Replied():
+                output.ticket.set_result(output.answer)
+            case Said():
+                self._log(output)
+            case Failed():
+                raise ExecutorFailed(output.text)
+
+    def _log(self, said: Said) -> None:
+        # One call per severity: rclpy remembers it per line and raises when it changes.
+        logger = self.get_logger()
+        if said.level == 'info':
+            logger.info(said.text)
+        elif said.level == 'warning':
+            logger.warning(said.text)
+        else:
+            logger.error(said.text)
+
+    def _end_goal(self, report: Report) -> None:
+        """Report, then result: rclpy calls :meth:`_finish` after this callback."""
+        if report.code is ErrorCode.NONE:
+            self.get_logger().info(
+                f'box {report.box_id!r} placed in {report.bin_id}: {report.motion_s:.2f} s motion, '
+                f'{report.slack_s:.2f} s to spare'
+            )
+        else:
+            self.get_logger().warning(f'{report.code.name}: {report.message}')
+        msg = self._publish.report(report)
+        handle = self._handles.pop(report.goal_id)
+        self._results[report.goal_id] = PlaceBox.Result(
+            error_code=msg.error_code, error_msg=msg.error_msg, report=msg
+        )
+        handle.execute()
+
+    # -- regularly ------------------------------------------------------------------------------
+
+    def _beat(self) -> None:
+        self._core.tick()
+        status = self._core.status()
+        self._mode = status.mode
+        self._publish.heartbeat(status)
+
+    def _publish_joints(self) -> None:
+        if self._mode is Mode.EXECUTING:
+            self._publish.joints(*self._core.joints())
+
+    def _publish_diagnostics(self) -> None:
+        self._publish.diagnostics(self._core.status(), self._book.state)
+
+
+class ExecutorFailed(Exception):
+    """The executor could not start."""
+
+
+def main(args: list[str] | None = None) -> None:
+    """Run the node until SIGINT or SIGTERM; code 2 for bad parameters or journal, 1 for no arm."""
+    rclpy.init(args=args)
+    try:
+        node = ArmExecutor()
+    except (ValueError, JournalError) as error:
+        rclpy.logging.get_logger('arm_executor').fatal(str(error))
+        rclpy.try_shutdown()
+        sys.exit(2)
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    code, still = 0, True
+    try:
+        executor.spin()
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except ExecutorFailed as error:
+        node.get_logger().fatal(str(error))
+        code = 1
+    finally:
+        still = node.stop_motion()
+        node.destroy_node()
+        rclpy.try_shutdown()
+    if not still:
+        # A thread inside the physics engine cannot be ended, and must not run while the
+        # interpreter is taken down around it.
+        os._exit(code)
+    sys.exit(code)
+
+
+if __name__ == '__main__':
+    main()

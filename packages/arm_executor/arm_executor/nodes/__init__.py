@@ -1,0 +1,1 @@
+"""Parts of the node: what it publishes, and messages to and from values."""

@@ -1,0 +1,403 @@
+"""The node in a private context, with the timed arm and a scripted conveyor and planner."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import statistics
+
+import pytest
+from action_msgs.msg import GoalStatus
+from executor_bench import Bench, Spinner
+from executor_cases import make_box, make_decision
+from rclpy.parameter import Parameter
+from std_srvs.srv import SetBool, Trigger
+
+from arm_executor.node import ArmExecutor
+from arm_executor.timed_arm import TimedArm
+from pack_msgs.action import PlaceBox
+from pack_msgs.msg import ExecutorState
+from pack_msgs.srv import CheckPlacements, SwapBin
+from pack_msgs_py import conversions
+from pack_msgs_py.codes import ErrorCode
+
+pytestmark = pytest.mark.ros
+
+
+@pytest.fixture
+def spinner(ros_domain):
+    made = Spinner()
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def start(spinner):
+    """Start the executor with these parameters and faults; returns a bench that talks to it."""
+
+    def run(*, faults=None, **parameters):
+        values = {'arm': 'timed', 'speed': 0.0, 'open_bins': 2, **parameters}
+        node = ArmExecutor(
+            arm_factory=lambda p, layout: TimedArm(layout, speed=p.speed, faults=faults),
+            context=spinner.context,
+            parameter_overrides=[Parameter(key, value=value) for key, value in values.items()],
+        )
+        spinner.add(node)
+        bench = Bench(spinner.context)
+        spinner.add(bench.node)
+        bench.executor_node = node
+        return bench.ready()
+
+    return run
+
+
+def listen_in(node, monkeypatch):
+    """What the node sends, in order: subscribers of several topics cannot tell."""
+    told = []
+
+    def note(owner, name, text):
+        send = getattr(owner, name)
+
+        def noting(argument):
+            told.append(text(argument))
+            return send(argument)
+
+        monkeypatch.setattr(owner, name, noting)
+
+    note(node._publish, 'event', lambda output: f'event {output.event.event.name}')
+    note(node._publish, 'bins', lambda output: f'bins {output.state.revision}')
+    note(node._publish, 'report', lambda report: 'report')
+    finish = node._action._execute_callback
+    node._action.register_execute_callback(lambda handle: told.append('result') or finish(handle))
+    return told
+
+
+def test_a_placement_is_told_in_order_and_ends_in_the_bin(start, monkeypatch):
+    bench = start()
+    told = listen_in(bench.executor_node, monkeypatch)
+    box = make_box()
+    bench.show(box, presented=box.id)
+    status, result = bench.place(make_decision(box))
+    assert (status, result.error_code) == (GoalStatus.STATUS_SUCCEEDED, ErrorCode.NONE)
+    assert told == ['event PICKED', 'event PLACED', 'bins 2', 'report', 'result']
+    bench.wait(lambda: bench.of('placement_report'), 'report')
+    bench.wait(lambda: len(bench.of('bin_state')) == 2, 'bin_state')
+    first, second = (conversions.bins_from_ros(msg) for msg in bench.of('bin_state'))
+    assert second.revision == first.revision + 1
+    assert [one.revision for one in second.bins] == [2, 1]
+    assert [placed.box.id for placed in second.bins[0].boxes] == [box.id]
+    report = result.report
+    assert report == bench.of('placement_report')[0]
+    assert report.measured_valid
+    assert report.motion_time > 3.0
+    assert report.cycle_time == pytest.approx(report.planning_time + report.motion_time)
+    assert report.slack == pytest.approx(60.0 - report.cycle_time, abs=0.1)
+
+
+def test_feedback_names_every_phase_in_order(start):
+    bench = start(speed=10.0)
+    box = make_box()
+    bench.show(box, presented=box.id)
+    bench.place(make_decision(box))
+    phases = [one.phase for one in bench.feedback]
+    assert phases == sorted(phases)
+    assert {PlaceBox.Feedback.PHASE_WAITING, PlaceBox.Feedback.PHASE_RETREATING} <= set(phases)
+
+
+def test_boxes_are_stacked_one_after_another(start):
+    bench = start()
+    boxes = [make_box(number) for number in range(1, 6)]
+    for revision, box in enumerate(boxes, start=1):
+        bench.show(*boxes[revision - 1 :], presented=box.id)
+        corner = (0, 0, 150 * (revision - 1))
+        _, result = bench.place(make_decision(box, corner, revision=revision))
+        assert (result.error_code, result.error_msg) == (0, '')
+    assert len(bench.of('placement_report')) == 5
+
+
+def test_the_arm_waits_until_the_belt_presents_the_box(start):
+    bench = start()
+    box = make_box()
+    bench.show(make_box(2), box)
+    handle = bench.send(bench.goal_msg(make_decision(box)))
+    bench.wait_phase(PlaceBox.Feedback.PHASE_WAITING)
+    assert bench.events(box.id) == []
+    bench.show(box, presented=box.id)
+    _, result = bench.result(handle)
+    assert result.error_code == ErrorCode.NONE
+
+
+def test_a_goal_that_overtakes_its_scan_waits_for_it(start):
+    bench = start()
+    box = make_box()
+    bench.wait_listener()
+    bench.sequence += 1
+    handle = bench.send(bench.goal_msg(make_decision(box)))
+    bench.sequence -= 1
+    bench.show(box, presented=box.id)
+    assert bench.result(handle)[1].error_code == ErrorCode.NONE
+
+
+def test_a_goal_whose_scan_never_comes_is_refused(start):
+    bench = start()
+    bench.sequence = 5
+    _, result = bench.place(make_decision(make_box()))
+    assert result.error_code == ErrorCode.BOX_NOT_ON_BELT
+
+
+def test_a_box_that_never_comes_is_given_up(start):
+    bench = start(present_timeout_s=0.2)
+    box = make_box()
+    bench.show(make_box(2), box)
+    status, result = bench.place(make_decision(box))
+    assert (status, result.error_code) == (
+        GoalStatus.STATUS_ABORTED,
+        ErrorCode.BOX_NOT_PRESENTED,
+    )
+    assert '0.2 s' in result.error_msg
+    assert bench.events(box.id) == []
+
+
+def refusals():
+    box = make_box()
+    good = make_decision(box)
+
+    def changed(**changes):
+        return lambda bench: bench.goal_msg(make_decision(box, **changes))
+
+    def not_finite(bench):
+        goal = bench.goal_msg(good)
+        goal.placement.pose.position.x = math.nan
+        return goal
+
+    def late(bench):
+        return bench.goal_msg(good, deadline_in_s=-2.0)
+
+    def hurried(bench):
+        return bench.goal_msg(good, deadline_in_s=1.0)
+
+    def unknown_box(bench):
+        return bench.goal_msg(make_decision(make_box(9)))
+
+    return {
+        'INVALID_GOAL-nan': (not_finite, 'nan'),
+        'INVALID_GOAL-bin': (changed(bin_id='LDC-9'), 'LDC-9'),
+        'STALE_BIN_REVISION': (changed(revision=7), 'quotes 7'),
+        'BOX_NOT_ON_BELT': (unknown_box, 'box-9'),
+        'RULE_VIOLATION': (changed(corner_mm=(0, 0, 100)), 'support'),
+        'STALE_GOAL': (late, '2.0'),
+        'DEADLINE_UNREACHABLE': (hurried, '1.00 s'),
+    }
+
+
+@pytest.mark.parametrize('name', refusals())
+def test_a_refused_goal_carries_its_code_and_exactly_one_report(start, name):
+    bench = start()
+    box = make_box()
+    bench.show(box, presented=box.id)
+    make_goal, numbers = refusals()[name]
+    handle = bench.send(make_goal(bench))
+    assert handle.accepted
+    status, result = bench.result(handle)
+    assert status == GoalStatus.STATUS_ABORTED
+    assert ErrorCode(result.error_code).name == name.split('-')[0]
+    assert numbers in result.error_msg
+    bench.wait(lambda: bench.of('placement_report'), 'report')
+    # A second goal fences the first: its report comes after anything the first could still cause.
+    bench.place(make_decision(box))
+    bench.wait(lambda: len(bench.of('placement_report')) >= 2, 'second report')
+    reports = bench.of('placement_report')
+    assert [bytes(one.goal_id.uuid) for one in reports].count(bytes(handle.goal_id.uuid)) == 1
+    assert len(reports) == 2
+    assert reports[0] == result.report
+
+
+def test_a_second_goal_is_refused_while_the_first_runs(start):
+    bench = start()
+    one, two = make_box(1), make_box(2)
+    bench.show(one, two)
+    first = bench.send(bench.goal_msg(make_decision(one)))
+    bench.wait_mode(ExecutorState.MODE_EXECUTING)
+    _, result = bench.place(make_decision(two))
+    assert result.error_code == ErrorCode.BUSY
+    assert one.id in result.error_msg
+    bench.show(one, two, presented=one.id)
+    assert bench.result(first)[1].error_code == ErrorCode.NONE
+
+
+def test_a_box_that_is_in_a_bin_is_refused(start):
+    bench = start()
+    box = make_box()
+    bench.show(box, presented=box.id)
+    bench.place(make_decision(box))
+    bench.show(box, presented=box.id)
+    _, result = bench.place(make_decision(box, (300, 0, 0), revision=2))
+    assert result.error_code == ErrorCode.DUPLICATE_BOX
+
+
+def test_cancel_in_motion_stops_the_arm_and_returns_the_box(start):
+    bench = start(speed=1.0)
+    box = make_box()
+    bench.show(box, presented=box.id)
+    handle = bench.send(bench.goal_msg(make_decision(box)))
+    bench.wait_phase(PlaceBox.Feedback.PHASE_TRANSFERRING)
+    before = bench.now()
+    bench.cancel(handle)
+    acknowledged_s = bench.now() - before
+    status, result = bench.result(handle)
+    ended_s = bench.now() - before
+    assert (status, result.error_code) == (GoalStatus.STATUS_CANCELED, ErrorCode.CANCELED)
+    assert acknowledged_s < 0.25
+    assert ended_s < 0.5
+    assert bench.events(box.id) == ['PICKED', 'RETURNED']
+    assert bench.bins().bins[0].boxes == ()
+    bench.wait_mode(ExecutorState.MODE_IDLE)
+
+
+def test_cancel_while_waiting_leaves_the_box_on_the_belt(start):
+    bench = start()
+    box = make_box()
+    bench.show(make_box(2), box)
+    handle = bench.send(bench.goal_msg(make_decision(box)))
+    bench.wait_phase(PlaceBox.Feedback.PHASE_WAITING)
+    bench.cancel(handle)
+    status, result = bench.result(handle)
+    assert (status, result.error_code) == (GoalStatus.STATUS_CANCELED, ErrorCode.CANCELED)
+    assert bench.events(box.id) == []
+
+
+def test_swap_bin_closes_with_content_and_opens_an_empty_one(start):
+    bench = start()
+    box = make_box()
+    bench.show(box, presented=box.id)
+    bench.place(make_decision(box))
+    stale = bench.call('swap_bin', SwapBin.Request(bin_id='LDC-1', bin_revision=1))
+    assert not stale.success
+    assert 'revision 2' in stale.message
+    answer = bench.call('swap_bin', SwapBin.Request(bin_id='LDC-1', bin_revision=2))
+    assert (answer.success, answer.new_bin_id, answer.new_serial) == (True, 'LDC-3', 3)
+    bench.wait(lambda: bench.of('bin_closed'), 'bin_closed')
+    closed = bench.of('bin_closed')[0]
+    assert (closed.bin_id, closed.status, len(closed.boxes)) == ('LDC-1', closed.STATUS_CLOSED, 1)
+    bench.wait(lambda: len(bench.bins().bins[1].boxes) == 0, 'bins')
+    assert [one.id for one in bench.bins().bins] == ['LDC-2', 'LDC-3']
+    assert bench.bins().bins[1].station == 'A'
+
+
+def test_swap_bin_is_refused_while_a_placement_into_it_is_under_way(start):
+    bench = start()
+    box = make_box()
+    bench.show(make_box(2), box)
+    handle = bench.send(bench.goal_msg(make_decision(box)))
+    bench.wait_mode(ExecutorState.MODE_EXECUTING)
+    refused = bench.call('swap_bin', SwapBin.Request(bin_id='LDC-1'))
+    assert not refused.success
+    assert box.id in refused.message
+    assert bench.call('swap_bin', SwapBin.Request(bin_id='LDC-2')).success
+    bench.show(box, presented=box.id)
+    assert bench.result(handle)[1].error_code == ErrorCode.NONE
+
+
+def test_a_late_joiner_gets_the_bins_and_the_events(start, spinner):
+    bench = start()
+    box = make_box()
+    bench.show(box, presented=box.id)
+    bench.place(make_decision(box))
+    late = Bench(spinner.context)
+    spinner.add(late.node)
+    late.wait(lambda: late.of('bin_state') and len(late.of('box_event')) == 2, 'state and events')
+    assert [placed.box.id for placed in late.bins().bins[0].boxes] == [box.id]
+    assert late.events(box.id) == ['PICKED', 'PLACED']
+
+
+def test_the_heart_beats_ten_times_a_second_also_while_the_arm_moves(start):
+    bench = start(speed=4.0)
+    box = make_box()
+    bench.show(box, presented=box.id)
+    count = len(bench.of('executor_state'))
+    bench.place(make_decision(box))
+    bench.wait(lambda: len(bench.of('executor_state')) > count + 15, 'heartbeats')
+    times = [at for topic, _, at in bench.heard if topic == 'executor_state'][count + 1 :]
+    gaps = [b - a for a, b in itertools.pairwise(times)]
+    assert statistics.median(gaps) == pytest.approx(0.1, abs=0.03)
+    assert max(gaps) < 0.5
+
+
+def test_candidates_are_checked_and_the_plan_is_reused(start):
+    bench = start(faults={'box-2': ErrorCode.NO_IK_SOLUTION})
+    one, two = make_box(1), make_box(2)
+    bench.show(one, two, presented=one.id)
+    candidates = [make_decision(one), make_decision(two), make_decision(one, (0, 0, 40))]
+    msgs = [conversions.decision_to_ros(each, 'bin_a') for each in candidates]
+    checks = bench.call('check_placements', CheckPlacements.Request(candidates=msgs)).checks
+    assert [ErrorCode(one.error_code).name for one in checks] == [
+        'NONE',
+        'NO_IK_SOLUTION',
+        'RULE_VIOLATION',
+    ]
+    assert checks[0].motion_time > 3.0
+    assert all(check.error_msg for check in checks[1:])
+    _, result = bench.place(candidates[0])
+    assert result.report.motion_time == pytest.approx(checks[0].motion_time)
+
+
+def test_candidates_are_answered_with_busy_while_the_arm_works_and_beyond_eight(start):
+    bench = start()
+    box = make_box()
+    bench.show(make_box(2), box)
+    msg = conversions.decision_to_ros(make_decision(box), 'bin_a')
+    many = bench.call('check_placements', CheckPlacements.Request(candidates=[msg] * 9)).checks
+    assert [one.error_code for one in many] == [0] * 8 + [ErrorCode.BUSY]
+    handle = bench.send(bench.goal_msg(make_decision(box)))
+    bench.wait_phase(PlaceBox.Feedback.PHASE_WAITING)
+    bench.cancel(handle)
+    bench.result(handle)
+
+
+def test_a_paused_executor_refuses_goals_until_it_goes_on(start):
+    bench = start()
+    box = make_box()
+    bench.show(box, presented=box.id)
+    assert bench.call('pause', SetBool.Request(data=True)).success
+    bench.wait_mode(ExecutorState.MODE_INACTIVE)
+    assert bench.place(make_decision(box))[1].error_code == ErrorCode.NOT_ACTIVE
+    bench.call('pause', SetBool.Request(data=False))
+    assert bench.place(make_decision(box))[1].error_code == ErrorCode.NONE
+
+
+def test_a_protective_stop_keeps_the_box_until_reset_returns_it(start):
+    faults = {'box-1': ErrorCode.PROTECTIVE_STOP}
+    bench = start(faults=faults)
+    box = make_box()
+    bench.show(box, presented=box.id)
+    assert bench.place(make_decision(box))[1].error_code == ErrorCode.PROTECTIVE_STOP
+    bench.wait_mode(ExecutorState.MODE_PROTECTIVE_STOP)
+    assert bench.of('executor_state')[-1].active_box_id == box.id
+    assert bench.events(box.id) == ['PICKED']
+    assert bench.place(make_decision(box))[1].error_code == ErrorCode.NOT_ACTIVE
+    answer = bench.call('reset', Trigger.Request())
+    assert (answer.success, box.id in answer.message) == (True, True)
+    bench.wait(lambda: bench.events(box.id) == ['PICKED', 'RETURNED'], 'RETURNED')
+    faults.clear()
+    assert bench.place(make_decision(box))[1].error_code == ErrorCode.NONE
+    assert not bench.call('reset', Trigger.Request()).success
+
+
+def test_a_failing_arm_ends_the_goal_and_the_executor_says_so(start):
+    bench = start(faults={'box-1': ErrorCode.UNKNOWN})
+    box = make_box()
+    bench.show(box, presented=box.id)
+    status, result = bench.place(make_decision(box))
+    assert (status, result.error_code) == (GoalStatus.STATUS_ABORTED, ErrorCode.UNKNOWN)
+    assert 'RuntimeError' in result.error_msg
+    bench.wait_mode(ExecutorState.MODE_FAULT)
+    assert bench.place(make_decision(box))[1].error_code == ErrorCode.NOT_ACTIVE
+    assert not bench.call('reset', Trigger.Request()).success
+
+
+def test_diagnostics_name_mode_and_bins(start):
+    bench = start()
+    bench.wait(lambda: bench.of('/diagnostics'), 'diagnostics')
+    status = bench.of('/diagnostics')[-1].status[0]
+    assert status.message == 'idle'
+    assert {one.key for one in status.values} >= {'mode', 'revision', 'LDC-1', 'LDC-2'}
