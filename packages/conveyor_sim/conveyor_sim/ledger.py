@@ -92,7 +92,10 @@ class Ledger:
         with self._explained():
             if str(folder):
                 Path(folder).expanduser().mkdir(parents=True, exist_ok=True)
-            self._db = sqlite3.connect(self.path, isolation_level=None, timeout=1.0)
+            # Made where the node is, used where its executor spins: one thread at a time.
+            self._db = sqlite3.connect(
+                self.path, isolation_level=None, timeout=1.0, check_same_thread=False
+            )
             try:
                 self._open(fingerprint, description)
             except BaseException:

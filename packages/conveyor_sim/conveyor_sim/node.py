@@ -90,7 +90,6 @@ class ConveyorNode(Node):
             f'supplies {stream.description}, belt with {belt.geometry}, '
             f'ledger {"in memory" if not params.state_dir else self._ledger.path}'
         )
-        self._tell(self._conveyor.start(*self._now()))
 
         for kind, topic, callback in (
             (Placement, 'placements', self._on_placement),
@@ -102,6 +101,7 @@ class ConveyorNode(Node):
         self.create_service(SetBool, '~/pause', self._on_pause)
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._use_parameters)
+        self._tell(self._conveyor.start(*self._now()))
 
     def _now(self) -> tuple[float, float]:
         """Steady seconds for motion, and seconds since the epoch for stamps."""
@@ -208,6 +208,10 @@ def main(args: list[str] | None = None) -> None:
     except LedgerError as error:
         get_logger('conveyor').fatal(str(error))
         code = 1
+    except Exception:
+        # A signal ends the context at once; what was being made or sent then fails somehow.
+        if rclpy.ok():
+            raise
     finally:
         if node is not None:
             node.destroy_node()

@@ -1,0 +1,130 @@
+"""A domain of its own for each test that starts nodes, and a listener that waits without sleep."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+
+import domain_coordinator
+import pytest
+import rclpy
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+
+from pack_msgs.msg import BinState, BinStateArray, BoxEvent, BoxScan, Placement
+from pack_msgs_py.conversions import scan_from_ros
+from pack_msgs_py.qos import TOPICS
+
+TIMEOUT_S = 10.0
+
+
+@pytest.fixture
+def ros_domain(monkeypatch):
+    """Reserve a ROS_DOMAIN_ID that no other test on this host is using."""
+    with domain_coordinator.domain_id() as number:
+        monkeypatch.setenv('ROS_DOMAIN_ID', str(number))
+        monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+        yield number
+
+
+class Spinner:
+    """A private context whose nodes are spun in a thread until it is closed."""
+
+    def __init__(self):
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self._nodes = []
+        self._thread = threading.Thread(target=self._spin, daemon=True)
+
+    def add(self, node):
+        self._nodes.append(node)
+        self.executor.add_node(node)
+        if not self._thread.is_alive():
+            self._thread.start()
+        return node
+
+    def close(self):
+        self.executor.shutdown()
+        if self._thread.is_alive():
+            self._thread.join(TIMEOUT_S)
+        for node in self._nodes:
+            node.destroy_node()
+        rclpy.try_shutdown(context=self.context)
+
+    def _spin(self):
+        with contextlib.suppress(ExternalShutdownException):
+            self.executor.spin()
+
+
+@pytest.fixture
+def spinner(ros_domain):
+    made = Spinner()
+    yield made
+    made.close()
+
+
+class Observer:
+    """The rest of the cell, as far as the conveyor knows it."""
+
+    def __init__(self, context):
+        self.node = rclpy.create_node('observer', context=context)
+        self._news = threading.Condition()
+        self.scans = []
+        self.rejections = []
+        self.node.create_subscription(BoxScan, 'box_scan', self._on_scan, TOPICS['box_scan'])
+        self.node.create_subscription(BoxEvent, 'box_event', self._on_event, TOPICS['box_event'])
+        kinds = {
+            'placements': Placement,
+            'box_event': BoxEvent,
+            'bin_state': BinStateArray,
+            'bin_closed': BinState,
+        }
+        self._publishers = {
+            topic: self.node.create_publisher(kind, topic, TOPICS[topic])
+            for topic, kind in kinds.items()
+        }
+
+    def send(self, topic, msg):
+        self._publishers[topic].publish(msg)
+
+    def picked(self, box_id):
+        msg = BoxEvent(box_id=box_id, event=BoxEvent.PICKED)
+        msg.header.stamp = self.node.get_clock().now().to_msg()
+        return msg
+
+    def stamp(self):
+        return self.node.get_clock().now().nanoseconds * 1e-9
+
+    def wait_for(self, condition):
+        """The first scan, from the newest one on, for which ``condition`` holds."""
+        with self._news:
+            met = self._news.wait_for(lambda: self.scans and condition(self.scans[-1]), TIMEOUT_S)
+            last = self.scans[-1] if self.scans else None
+            assert met, f'no such scan within {TIMEOUT_S} s; the last was {last}'
+            return last
+
+    def wait_for_rejection(self, box_id):
+        with self._news:
+            find = lambda: [e for e in self.rejections if e.box_id == box_id]  # noqa: E731
+            assert self._news.wait_for(find, TIMEOUT_S), f'{box_id} was not rejected'
+            return find()[0]
+
+    def _on_scan(self, msg):
+        scan, errors = scan_from_ros(msg)
+        assert errors == []
+        with self._news:
+            self.scans.append(scan)
+            self._news.notify_all()
+
+    def _on_event(self, msg):
+        if msg.event == BoxEvent.REJECTED:
+            with self._news:
+                self.rejections.append(msg)
+                self._news.notify_all()
+
+
+@pytest.fixture
+def observer(spinner):
+    made = Observer(spinner.context)
+    spinner.add(made.node)
+    return made

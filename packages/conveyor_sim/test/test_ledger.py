@@ -1,0 +1,107 @@
+"""The ledger: what was saved is there after a crash, and nobody else's is taken."""
+
+from __future__ import annotations
+
+import sqlite3
+import subprocess
+import sys
+
+import pytest
+
+from conveyor_sim.belt import BeltState
+from conveyor_sim.ledger import FILE_NAME, BoxRecord, Ledger, LedgerError, Place
+from pack_msgs_py.codes import Reason
+
+RECORDS = [
+    BoxRecord(0, 'a', Place.PICKED, 0, 2, stamp_ns=1_700_000_000_000_000_001, returned=True),
+    BoxRecord(1, 'b', Place.REJECTED, None, 0, Reason.OVERSIZE, 'too wide'),
+    BoxRecord(2, 'c', Place.ON_BELT, 1),
+]
+BELT = BeltState(1_800_000, -300, 5)
+
+
+def make(folder, fingerprint='f', description='cartons, 40 boxes'):
+    return Ledger(folder, fingerprint, description)
+
+
+def test_what_was_saved_is_read_back(tmp_path):
+    ledger = make(tmp_path / 'new' / 'folder')
+    ledger.save(RECORDS, BELT)
+    ledger.close()
+    again = make(tmp_path / 'new' / 'folder')
+    assert again.records() == RECORDS
+    assert again.belt_state() == BELT
+    assert again.setting('scan_sequence', '0') == '0'
+
+
+def test_a_killed_process_loses_nothing_that_it_had_saved(tmp_path):
+    code = (
+        'import os, sys\n'
+        'from conveyor_sim.ledger import *\n'
+        'from conveyor_sim.belt import BeltState\n'
+        'ledger = Ledger(sys.argv[1], "f", "d")\n'
+        'ledger.save([BoxRecord(0, "a", Place.ON_BELT, 3)], BeltState(7, 8, 9))\n'
+        'ledger._db.execute("BEGIN")\n'
+        'ledger._db.execute("UPDATE boxes SET place = \'lost\'")\n'
+        'os.kill(os.getpid(), 9)\n'
+    )
+    done = subprocess.run([sys.executable, '-c', code, str(tmp_path)], timeout=30, check=False)
+    assert done.returncode == -9
+    ledger = make(tmp_path)
+    assert ledger.records() == [BoxRecord(0, 'a', Place.ON_BELT, 3)]
+    assert ledger.belt_state() == BeltState(7, 8, 9)
+
+
+def test_a_save_that_fails_writes_nothing(tmp_path):
+    ledger = make(tmp_path)
+    ledger.save(RECORDS, BELT)
+    bad = BoxRecord(4, None, Place.ON_BELT)
+    with pytest.raises(LedgerError, match='cannot be used'):
+        ledger.save([BoxRecord(3, 'd', Place.ON_BELT), bad], BeltState())
+    assert ledger.records() == RECORDS
+    assert ledger.belt_state() == BELT
+
+
+def test_counts_add_up_to_what_was_given_out():
+    ledger = make('')
+    assert sum(ledger.counts().values()) == 0
+    ledger.save(RECORDS, BELT)
+    assert ledger.counts()[Place.REJECTED] == 1
+    assert sum(ledger.counts().values()) == 3
+
+
+def test_the_ledger_of_another_stream_is_refused(tmp_path):
+    make(tmp_path).close()
+    with pytest.raises(LedgerError, match='another stream') as caught:
+        make(tmp_path, fingerprint='g', description='pallets')
+    for part in (str(tmp_path), 'cartons, 40 boxes', 'pallets', 'state_dir'):
+        assert part in str(caught.value)
+
+
+def test_two_conveyors_cannot_share_a_ledger(tmp_path):
+    ledger = make(tmp_path)
+    with pytest.raises(LedgerError, match='in use by another conveyor'):
+        make(tmp_path)
+    ledger.close()
+    make(tmp_path).close()
+
+
+def test_a_damaged_or_foreign_file_is_refused_with_its_name(tmp_path):
+    (tmp_path / FILE_NAME).write_bytes(b'not a database' * 100)
+    with pytest.raises(LedgerError, match=r'conveyor\.sqlite'):
+        make(tmp_path)
+
+
+def test_a_ledger_of_another_format_is_refused(tmp_path):
+    make(tmp_path).close()
+    with sqlite3.connect(tmp_path / FILE_NAME) as db:
+        db.execute("UPDATE meta SET value = '99' WHERE key = 'schema'")
+    db.close()
+    with pytest.raises(LedgerError, match='format 99'):
+        make(tmp_path)
+
+
+def test_a_folder_that_cannot_be_made_is_named(tmp_path):
+    (tmp_path / 'file').write_text('')
+    with pytest.raises(LedgerError, match='file'):
+        make(tmp_path / 'file' / 'state')
