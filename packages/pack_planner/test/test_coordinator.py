@@ -71,9 +71,7 @@ class Cell:
             self.boxes = list(boxes)
         self.sequence += 1
         items = tuple(ScannedBox(box(name), Pose()) for name in self.boxes)
-        self.coordinator.on_scan(
-            Scan(self.sequence, self.now, items, remaining=self.remaining)
-        )
+        self.coordinator.on_scan(Scan(self.sequence, self.now, items, remaining=self.remaining))
 
     def bins(self, *bins):
         if bins:
