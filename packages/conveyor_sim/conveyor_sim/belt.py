@@ -159,14 +159,19 @@ class Belt:
             raise ValueError(msg)
         self._riders[slot] = _Rider(box, laps, now_s)
 
-    def take(self, slot: int, now_s: float, *, picked: bool) -> None:
-        """Empty a slot. ``picked``: at the pick point, from where travel times count on."""
+    def take(self, slot: int, now_s: float, *, picked: bool) -> int:
+        """Empty a slot and return the laps of the box that was in it.
+
+        ``picked``: it was at the pick point, and travel times count from there on.
+        """
         self._advance(now_s)
+        rider = self._riders[slot]
         self._riders[slot] = None
         if picked:
             at_pick = -self._phase[slot] % self._length
             state = self._state
             self._state = BeltState(state.offset_um, state.travel_um, at_pick)
+        return 0 if rider is None else rider.laps
 
     def bring(self, slot: int, now_s: float) -> None:
         """Move ``slot`` to the pick point, the shorter way round."""

@@ -147,8 +147,8 @@ class Conveyor:
         if place is Place.ON_BELT:
             self._take_back(moved, now_s)
         else:
-            self._leave_belt(record, now_s, picked=place in (Place.PICKED, Place.PLACED))
-            self._set(moved)
+            laps = self._leave_belt(record, now_s, picked=place in (Place.PICKED, Place.PLACED))
+            self._set(replace(moved, laps=laps))
         if place in (Place.ON_BELT, Place.LOST):
             what = 'is back on the belt' if place is Place.ON_BELT else 'is lost'
             self._notes.append(f'{record.box_id} {what} {event.text}'.rstrip())
@@ -280,9 +280,11 @@ class Conveyor:
         self._set(rejected)
         self._events.append(_rejection(rejected))
 
-    def _leave_belt(self, record: BoxRecord, now_s: float, *, picked: bool) -> None:
+    def _leave_belt(self, record: BoxRecord, now_s: float, *, picked: bool) -> int:
+        """Take a box off the belt if it is there; return its laps."""
         if record.place is Place.ON_BELT and record.slot is not None:
-            self._belt.take(record.slot, now_s, picked=picked)
+            return self._belt.take(record.slot, now_s, picked=picked)
+        return record.laps
 
     def _take_back(self, record: BoxRecord, now_s: float) -> None:
         """Lay a box that the arm brought back into the gap it left, and bring it to the arm.
@@ -292,8 +294,9 @@ class Conveyor:
         slot = record.slot if record.slot is not None else self._belt.nearest_slot(now_s)
         guest = self._belt.occupant(slot)
         if guest is not None:
-            self._belt.take(slot, now_s, picked=False)
-            self._set(replace(self._records[guest.id], place=Place.WAITING, slot=None))
+            laps = self._belt.take(slot, now_s, picked=False)
+            back = replace(self._records[guest.id], place=Place.WAITING, slot=None, laps=laps)
+            self._set(back)
         self._belt.put(self._box(record), slot, now_s, record.laps)
         self._set(replace(record, slot=slot))
         self._belt.bring(slot, now_s)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from conveyor_sim.belt import Belt, BeltState, loop_pose
+from conveyor_sim.belt import Belt, loop_pose
 from pack_msgs_py.values import Box
 
 SIZE = (300.0, 200.0, 100.0)
@@ -212,7 +212,3 @@ def test_any_moves_keep_all_boxes_and_end_at_the_pick_point(slots, length, speed
             assert (view[0].slot, view[0].s_m) == (slot % slots, 0.0)
             assert view[0].arrived_s is not None
             assert view[0].arrived_s <= now
-
-
-def test_a_state_is_a_plain_value():
-    assert BeltState() == BeltState(0, 0, 0)

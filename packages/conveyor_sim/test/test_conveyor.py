@@ -161,6 +161,19 @@ def test_a_returned_box_comes_back_to_the_pick_point_and_the_look_ahead_stays():
     assert cell.scan().supplied == 6
 
 
+def test_laps_stay_with_a_box_that_makes_room_and_comes_again():
+    cell = Cell()
+    cell.event('b0', Kind.PICKED)
+    for box_id in ('b2', 'b5', 'b2'):
+        cell.decide(box_id)
+        cell.wait()
+    before = {item.box.id: item.laps for item in cell.scan().boxes}
+    assert before['b5'] == 2
+    cell.event('b0', Kind.RETURNED)
+    cell.event('b0', Kind.PICKED, stamp=cell.now + 1.0)
+    assert next(item for item in cell.scan().boxes if item.box.id == 'b5').laps == 2
+
+
 def test_a_late_copy_of_picked_does_not_remove_a_returned_box():
     cell = Cell()
     picked = cell.now
