@@ -39,9 +39,13 @@ class Rail:
 
 @dataclass(frozen=True)
 class Tool:
-    """A suction mast: a thin tube with a square pad at its end."""
+    """A suction mast: a thin tube with a square pad at its end.
 
-    length: float = 0.50
+    With 0.65 m the wrist stays above the rim of an 80 cm bin for every box on its floor; with
+    0.50 m it does not, and one placement in twenty needed another posture of the arm.
+    """
+
+    length: float = 0.65
     diameter: float = 0.06
     pad_edge: float = 0.09
     mass: float = 3.0

@@ -33,10 +33,9 @@ from arm_executor.motion.planner import (
     RELEASE_S,
     MotionPlanner,
     PlannedMotion,
-    Site,
-    Standing,
     reversed_path,
 )
+from arm_executor.motion.template import Site, Standing
 from arm_executor.motion.timing import Load, MotionLimits, Trajectory
 from arm_executor.pose_error import corner_distance, folded, turn_between
 from arm_executor.robot.parameters import find_arm
@@ -455,7 +454,7 @@ class PhysicsArm:
             return False
         path, request = self._way_back
         back = reversed_path(path, self._commanded)
-        timed = self.planner.timing.trajectory(back.q, self._held_load, STEP_S)
+        timed = self.planner.timing.trajectory(back, self._held_load, STEP_S)
         if timed is not None:
             try:
                 self._follow(None, timed, [])

@@ -72,15 +72,14 @@ def rounded(points: Sequence[Waypoint], corner: float, step: float) -> Array:
 def _smoothed(corners: Array, reach: float) -> Array:
     """The polyline through ``corners`` (k, 5), rounded within ``reach`` of each inner corner.
 
-    A cubic B-spline kernel along the arc keeps straight parts straight and curvature continuous,
-    which the timing needs: a kink in curvature is a spike in acceleration.
+    A cubic B-spline kernel keeps straight parts straight and curvature continuous, which the
+    timing needs: a kink in curvature is a spike in acceleration. Parts too short for ``reach``
+    count as longer, so that their corners alone are rounded less.
     """
     lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
-    at_corner = np.r_[0.0, np.cumsum(lengths)]
+    at_corner = np.r_[0.0, np.cumsum(np.maximum(lengths, 2.2 * reach))]
     total = at_corner[-1]
-    reach = min(reach, 0.45 * float(lengths.min()))
-    fine = min(_FINE, reach / 8)
-    count = math.ceil(total / fine) + 1
+    count = math.ceil(total / _FINE) + 1
     half = max(1, round(reach / (total / (count - 1)) / 4))
     at = np.linspace(0.0, total, count)
     pad = 4 * half

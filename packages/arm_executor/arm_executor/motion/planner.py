@@ -1,9 +1,8 @@
 """Plans a whole placement: approach, carry, retreat.
 
-Template paths: over the box, down to it; up over the highest obstacle on the way, across, down into
-the bin; up, back over the pick point. Candidates differ in where the arm stands on the rail and in
-the height and the side of the swing; the quickest by estimate are checked first, and time is spent
-on few of them, so that a refusal is cheap too.
+Stances differ in the posture of the arm, in where it stands on the rail, and in the height and the
+side of the swing. All get a cheap estimate and a check of pick and place alone; only the quickest
+of the rest are tried as whole paths, and few of those are timed, so that a refusal is cheap too.
 """
 
 from __future__ import annotations
@@ -11,29 +10,39 @@ from __future__ import annotations
 import itertools
 import math
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arm_executor.arm import MotionError, PlaceRequest
-from arm_executor.layout import NO_WALLS, OPEN_FRONT, BinFrame, Layout
+from arm_executor.layout import Layout
 from arm_executor.motion.collision import BOX_SKIN, PlanningWorld
 from arm_executor.motion.path import (
     JointPath,
-    Waypoint,
     joint_path,
     rounded,
     starting_at,
     waypoint,
+    within_limits,
 )
-from arm_executor.motion.timing import Load, MotionLimits, Timing, Trajectory
+from arm_executor.motion.template import (
+    Site,
+    Stance,
+    Task,
+    hover_point,
+    make_task,
+    metres,
+    nearest,
+    template,
+)
+from arm_executor.motion.timing import Load, MotionLimits, Timing, Trajectory, joined
 from arm_executor.robot.kinematics import BRANCHES, CellKinematics
 from arm_executor.robot.parameters import ArmModel
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode
-from pack_msgs_py.values import BinSpec, Vec3
+from pack_msgs_py.values import Vec3
 
 Array = NDArray[np.float64]
 
@@ -41,47 +50,26 @@ Array = NDArray[np.float64]
 GRIP_S = RELEASE_S = 0.25
 #: Spacing of path samples, and of the check of the timed trajectory; metres and seconds.
 PATH_STEP, CHECK_PERIOD = 0.015, 0.018
-#: Air under the box while it swings, and under the empty pad; metres.
-CLEAR = 0.05
-#: Corners are rounded within this distance; the second where the first collides.
-CORNERS = (0.15, 0.06)
-#: The box is let go this far above what it stands on, metres.
-DROP = 0.0005
-#: How far under the commanded pose the box may be lowered to what really is there, and how far
-#: that may stand above it; metres.
-_LOWEST, _HIGHEST = 0.010, 0.003
-_MAX_CHECKED, _MAX_TIMED, _BUDGET_S = 10, 2, 0.35
-
-
-@dataclass(frozen=True)
-class Standing:
-    """A box that stands in a bin: its extent in `cell`."""
-
-    box_id: str
-    low: Vec3
-    high: Vec3
-
-
-@dataclass(frozen=True)
-class Site:
-    """The target bin as the planner sees it."""
-
-    station: str
-    spec: BinSpec
-    frame: BinFrame
-    standing: Sequence[Standing]
+#: Corners are rounded within this distance; the second where the first collides; metres.
+_CORNERS = (0.15, 0.06)
+#: Where the arm stands on the rail, relative to the target; metres.
+_RAIL_OFFSETS = (0.0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1.0, -1.0, 1.25, -1.25)
+#: Elbow above the shoulder, in either posture of shoulder and wrist.
+_ELBOW_UP = tuple(i for i, (shoulder, _, elbow) in enumerate(BRANCHES) if shoulder == elbow)
+#: A path overlaps its legs: it takes about this share of their sum.
+_OVERLAP = 0.75
+_MAX_TRIED, _MAX_TIMED, _BUDGET_S = 10, 2, 0.35
 
 
 @dataclass(frozen=True)
 class PlannedMotion:
-    """Three trajectories from rest to rest, and where the second one starts to lower."""
+    """Three trajectories from rest to rest, and when the second one starts to lower the box."""
 
     approach: Trajectory
     carry: Trajectory
     retreat: Trajectory
     lowering_s: float
     carry_path: JointPath = field(repr=False)
-    release_z: float = 0.0
 
     @property
     def duration(self) -> float:
@@ -91,29 +79,23 @@ class PlannedMotion:
 
 
 @dataclass(frozen=True)
-class _Task:
-    """A request in `cell`: pad positions and yaws, and heights to keep."""
+class _Start:
+    """Where the arm is: configuration (7,), pad pose (4, 4), yaw of the pad, posture."""
 
-    pick: Vec3
-    place: Vec3
-    pick_yaw: float
-    turn: float
-    size: Vec3
-    symmetric: bool
-    hover: Vec3
-    swing_heights: tuple[float, ...]
-    retreat_height: float
-    front_y: float | None
-    entry_height: float
+    q: Array
+    tool: Array
+    yaw: float
+    branch: int
 
 
 @dataclass(frozen=True)
-class _Candidate:
-    estimate: float
-    pick_rail: float
-    place_rail: float
-    swing: float
-    around: float
+class _Paths:
+    """Joint paths of one stance; ``switch`` changes the posture first."""
+
+    switch: JointPath | None
+    approach: JointPath
+    carry: JointPath
+    retreat: JointPath
 
 
 class MotionPlanner:
@@ -129,27 +111,22 @@ class MotionPlanner:
     ) -> None:
         self.kinematics = CellKinematics(arm, layout)
         self.timing = Timing(arm, layout, limits)
+        self._layout = layout
         self._world = world
         self._period = period
 
-    def hover(self, belt_tops: Iterable[float] = ()) -> Vec3:
-        """Where the pad waits: above the pick point and every box that may come there."""
-        belt = self.kinematics.layout.conveyor
-        height = max([belt.tallest_box + belt.top_z, *belt_tops]) + CLEAR
-        return (0.0, belt.front_y + 0.20, height)
-
     def home(self) -> Array:
         """Configuration (7,) above the pick point, elbow up, for the first motion."""
-        solutions = self.kinematics.tool_down([0.0], [self.hover()], [0.0])[0]
+        solutions = self.kinematics.tool_down([0.0], [hover_point(self._layout)], [0.0])[0]
         home: Array = solutions[BRANCHES.index((1, 1, 1))]
         if np.isnan(home).any():
-            arm = self.kinematics.arm
-            msg = f'{arm.name} cannot reach the pick point {self.hover()} from the rail: move them'
+            arm, point = self.kinematics.arm.name, hover_point(self._layout)
+            msg = f'{arm} cannot reach the waiting point {point} above the belt: change the layout'
             raise MotionError(ErrorCode.START_STATE_INVALID, msg)
         return home
 
-    def plan(self, request: PlaceRequest, start: Array, site: Site) -> PlannedMotion:
-        """The quickest of a few collision-free motions from ``start`` (7,), at rest.
+    def plan(self, request: PlaceRequest, q: Array, site: Site) -> PlannedMotion:
+        """The quickest of a few collision-free motions from ``q`` (7,), at rest.
 
         Raises
         ------
@@ -159,76 +136,30 @@ class MotionPlanner:
         """
         begun = time.perf_counter()
         self._check_load(request)
-        task, release_z = self._task(request, site)
-        kinematics = self.kinematics
-        tool = kinematics.tool(start)[0]
-        if tool[2, 2] > -0.99:
-            tilt = math.degrees(math.acos(float(np.clip(-tool[2, 2], -1, 1))))
-            msg = f'the mast leans by {tilt:.0f} degrees at the start; move the arm upright first'
-            raise MotionError(ErrorCode.START_STATE_INVALID, msg)
-        candidates = self._candidates(task, start, tool)
-        if not candidates:
+        task = make_task(request, site, self._layout)
+        start = self._start(q)
+        stances = self._stances(task, start)
+        if not stances:
             x, y, z = request.target.position
             msg = (
-                f'box {request.box.id}: no rail position lets {kinematics.arm.name} reach '
-                f'({x:.3f}, {y:.3f}, {z:.3f}) m in bin {site.station}, or the pick point'
+                f'box {request.box.id}: nowhere on its rail can {self.kinematics.arm.name} reach '
+                f'({x:.3f}, {y:.3f}, {z:.3f}) m in bin {site.station}'
             )
             raise MotionError(ErrorCode.NO_IK_SOLUTION, msg)
-        belt = [f'box {box.id} on the belt' for box, _ in request.belt]
-        try:
-            for name, (box, pose) in zip(belt, request.belt, strict=True):
-                self._world.set_box(name, _metres(box.size_mm), pose)
-            return self._best(request, task, release_z, candidates, (start, tool), begun)
-        finally:
-            self._world.drop()
-            for name in (*belt, _at_pick(request), _at_place(request)):
-                self._world.remove(name)
-
-    def _best(
-        self,
-        request: PlaceRequest,
-        task: _Task,
-        release_z: float,
-        candidates: list[_Candidate],
-        begin: tuple[Array, Array],
-        begun: float,
-    ) -> PlannedMotion:
-        offset = request.box.com_offset_mm
-        load = Load(request.box.weight_kg, task.size, _metres(offset))
         world = self._world
-        world.hold(task.size, f'box {request.box.id}')
-        best: PlannedMotion | None = None
-        hit, timed = '', 0
-        pairs = itertools.product(candidates[:_MAX_CHECKED], CORNERS)
-        for candidate, corner in pairs:
-            if best is not None and (timed >= _MAX_TIMED or best.duration < candidate.estimate):
-                break
-            if time.perf_counter() - begun > _BUDGET_S:
-                break
-            paths = self._paths(task, candidate, *begin, corner)
-            if paths is None:
-                hit = hit or 'a joint limit'
-                continue
-            found = self._collision(request, task, paths)
-            if found is None:
-                timed += 1
-                trajectories = self._timed(paths, load)
-                found = 'the timing' if trajectories is None else None
-                if trajectories is not None:
-                    found = self._collision(request, task, [self._sampled(t) for t in trajectories])
-                    if found is None:
-                        motion = self._motion(task, trajectories, paths[1], release_z)
-                        if best is None or motion.duration < best.duration:
-                            best = motion
-            hit = hit or found or ''
-        if best is None:
-            seconds = time.perf_counter() - begun
-            msg = f'box {request.box.id}: every path tried touches something: {hit} ({seconds:.2f} s)'
-            raise MotionError(ErrorCode.PATH_IN_COLLISION, msg)
-        return best
+        belt = {f'box {box.id} on the belt': (box, pose) for box, pose in request.belt}
+        try:
+            for name, (box, pose) in belt.items():
+                world.set_box(name, metres(box.size_mm), pose)
+            world.hold(task.size, f'box {request.box.id}')
+            return self._quickest(request, task, start, stances, begun)
+        finally:
+            world.drop()
+            for name in belt:
+                world.remove(name)
 
     def _check_load(self, request: PlaceRequest) -> None:
-        arm, tool = self.kinematics.arm, self.kinematics.layout.tool
+        arm, tool = self.kinematics.arm, self._layout.tool
         allowed = arm.payload_tool_down - tool.mass
         if request.box.weight_kg > allowed:
             msg = (
@@ -237,313 +168,237 @@ class MotionPlanner:
             )
             raise MotionError(ErrorCode.LIMITS_EXCEEDED, msg)
 
-    def _task(self, request: PlaceRequest, site: Site) -> tuple[_Task, float]:
-        pick_yaw = _upright_yaw(request.pick, request.box.id, 'pick')
-        target = site.frame.to_cell(request.target)
-        place_yaw = _upright_yaw(target, request.box.id, 'target')
-        size = _metres(request.box.size_mm)
-        ex, ey = _extent(size, place_yaw)
-        x, y, z = target.position
-        base = z - size[2] / 2
-        under, name = site.frame.origin[2], f'the floor of bin {site.station}'
-        corridor = base
-        for one in site.standing:
-            if one.low[0] < x + ex and one.high[0] > x - ex:
-                if one.low[1] < y + ey and one.high[1] > y - ey and one.high[2] > under:
-                    under, name = one.high[2], f'box {one.box_id}'
-                # What lies between the open front of a roller cage and the target.
-                if (one.low[1] < y + ey) if y > 0 else (one.high[1] > y - ey):
-                    corridor = max(corridor, one.high[2])
-        if under > base + _HIGHEST:
-            msg = (
-                f'box {request.box.id}: {name} stands {1000 * (under - base):.0f} mm '
-                'above where its base is to be'
-            )
-            raise MotionError(ErrorCode.PATH_IN_COLLISION, msg)
-        release_z = max(under, base - _LOWEST) + DROP
-        place = (x, y, release_z + size[2])
-        pick = (
-            request.pick.position[0],
-            request.pick.position[1],
-            request.pick.position[2] + size[2] / 2,
-        )
-        tops = [pose.position[2] + box.size_mm[2] / 2000 for box, pose in request.belt]
-        top = max([site.frame.origin[2], *(one.high[2] for one in site.standing)])
-        walled = site.spec.name not in NO_WALLS | OPEN_FRONT
-        rim = max(top, site.frame.origin[2] + site.spec.size_mm[2] / 1000 if walled else 0.0)
-        belt_top = self.kinematics.layout.conveyor.top_z
-        low = max(rim if walled else max(top, release_z), belt_top + CLEAR) + CLEAR
-        high = max([low, *(tall + CLEAR for tall in tops)])
-        heights = tuple(sorted({low + size[2], high + size[2], high + 0.25 + size[2]}))
-        front = None
-        if site.spec.name in OPEN_FRONT:
-            inward = 1.0 if y > 0 else -1.0
-            front = site.frame.origin[1] - inward * (ey + 0.06)
-            heights = tuple(
-                sorted({max(corridor, belt_top + CLEAR) + CLEAR + size[2], high + size[2]})
-            )
-        return _Task(
-            pick=pick,
-            place=place,
-            pick_yaw=pick_yaw,
-            turn=place_yaw - pick_yaw,
-            size=size,
-            symmetric=request.box.com_offset_mm[:2] == (0.0, 0.0),
-            hover=self.hover(tops),
-            swing_heights=heights,
-            retreat_height=max(rim, place[2]) + 0.06,
-            front_y=front,
-            entry_height=max(corridor, release_z) + CLEAR + size[2],
-        ), release_z
+    def _start(self, q: Array) -> _Start:
+        tool = self.kinematics.tool(q)[0]
+        if tool[2, 2] > -0.99:
+            tilt = math.degrees(math.acos(float(np.clip(-tool[2, 2], -1, 1))))
+            msg = f'the mast leans by {tilt:.0f} degrees at the start; move the arm upright first'
+            raise MotionError(ErrorCode.START_STATE_INVALID, msg)
+        yaw = math.atan2(tool[1, 0], tool[0, 0])
+        solutions = self.kinematics.tool_down([q[0]], [tool[:3, 3]], [yaw])[0]
+        away = np.abs((solutions - q + math.pi) % (2 * math.pi) - math.pi).max(axis=1)
+        if np.isnan(away).all() or np.nanmin(away) > 0.1:
+            msg = 'the arm stands in no posture that its kinematics know; move it by hand first'
+            raise MotionError(ErrorCode.START_STATE_INVALID, msg)
+        return _Start(q, tool, yaw, int(np.nanargmin(away)))
 
-    def _candidates(self, task: _Task, start: Array, tool: Array) -> list[_Candidate]:
-        rail = self.kinematics.layout.rail
-        offsets = (0.0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1.0, -1.0, 1.25, -1.25)
-        branch = self._branch(start)
-        options = []
-        for offset in offsets:
-            place_rail = _clip(task.place[0] + offset, rail.x_min, rail.x_max)
-            near = _clip(place_rail - task.pick[0], -0.5, 0.5)
-            for pick_rail in {float(start[0]), _clip(task.pick[0] + near, rail.x_min, rail.x_max)}:
-                options.append((pick_rail, place_rail))
-        options = sorted(set(options))
-        swing = task.swing_heights[0]
-        rows = []
-        for pick_rail, place_rail in options:
-            lifted = (task.pick[0], task.pick[1], swing)
-            over = (task.place[0], task.place[1], swing)
-            rows += [(pick_rail, task.pick), (pick_rail, lifted), (place_rail, over)]
-            rows += [(place_rail, task.place), (pick_rail, task.hover)]
-        rails = np.array([one for one, _ in rows])
-        points = np.array([point for _, point in rows])
-        q = self.kinematics.tool_down(rails, points, np.zeros(len(rows)))[:, branch]
-        legs = q.reshape(len(options), 5, 7)
-        found = []
-        for (pick_rail, place_rail), leg in zip(options, legs, strict=True):
-            if np.isnan(leg).any():
+    def _quickest(
+        self, request: PlaceRequest, task: Task, start: _Start, stances: list[Stance], begun: float
+    ) -> PlannedMotion:
+        load = Load(request.box.weight_kg, task.size, metres(request.box.com_offset_mm))
+        best: PlannedMotion | None = None
+        hit, timed = '', 0
+        able: list[Stance] = []
+        for stance, corner in self._tries(task, stances, able):
+            late = time.perf_counter() - begun > _BUDGET_S
+            if late or timed >= _MAX_TIMED or (best and best.duration < stance.estimate):
+                break
+            paths = self._paths(task, stance, start, corner)
+            if isinstance(paths, str):
+                hit = hit or paths
                 continue
-            pick, lifted, over, place, hover = leg
-            estimate = GRIP_S + RELEASE_S + 0.75 * (
-                self._least(start, pick)
-                + self._least(pick, lifted)
-                + self._least(lifted, over)
-                + 2 * self._least(over, place)
-                + self._least(over, hover)
-            )
-            found.append(_Candidate(estimate, pick_rail, place_rail, swing, 0.0))
-        found.sort(key=lambda one: one.estimate)
-        # First the lowest swing everywhere, then higher ones, then round the other side.
-        more = [
-            replace(one, swing=height, around=around)
-            for around in (0.0, 2 * math.pi, -2 * math.pi)
-            for height in task.swing_heights
-            for one in found[: 4 if around == 0 else 2]
-            if (height, around) != (swing, 0.0)
-        ]
-        return found[:4] + more
+            found = self._collision(task, paths)
+            if found is None:
+                timed += 1
+                motion = self._timed(task, paths, load)
+                if isinstance(motion, str):
+                    found = motion
+                elif best is None or motion.duration < best.duration:
+                    best = motion
+            hit = hit or found or ''
+        if best is None:
+            hit = hit or self._why_unable(task, stances)
+            seconds = time.perf_counter() - begun
+            msg = f'box {request.box.id}: no free path found in {seconds:.2f} s; {hit} would touch'
+            raise MotionError(ErrorCode.PATH_IN_COLLISION, msg)
+        return best
 
-    def _least(self, one: Array, other: Array) -> float:
-        """Least seconds between two configurations at rest, without the last joint."""
-        way = np.abs((other - one)[:6])
-        way[1:] = np.minimum(way[1:], np.abs(2 * math.pi - way[1:]))
+    def _tries(
+        self, task: Task, stances: list[Stance], able: list[Stance]
+    ) -> Iterator[tuple[Stance, float]]:
+        """Stances whose pick and place are free, the quickest first, then variations of them."""
+        for stance in stances:
+            if len(able) >= _MAX_TRIED:
+                break
+            if self._ends_hit(task, stance) is None:
+                able.append(stance)
+                yield stance, _CORNERS[0]
+        around = (0.0, 2 * math.pi, -2 * math.pi)
+        for turn, swing, corner in itertools.product(around, task.swings, _CORNERS):
+            for stance in able[:3]:
+                if (turn, swing, corner) != (0.0, stance.swing, _CORNERS[0]):
+                    yield replace(stance, swing=swing, around=turn), corner
+
+    def _ends_hit(self, task: Task, stance: Stance) -> str | None:
+        """What touches at pick or place, the box in the gripper."""
+        for rail, point, yaw in (
+            (stance.place_rail, task.place, task.pick_yaw + task.turn),
+            (stance.pick_rail, task.pick, task.pick_yaw),
+        ):
+            q = self.kinematics.tool_down([rail], [point], [0.0])[:, stance.branch]
+            hit = self._world.first_hit(JointPath(q, np.array([point]), np.array([yaw])), 0.0)
+            if hit is not None:
+                return hit
+        return None
+
+    def _why_unable(self, task: Task, stances: list[Stance]) -> str:
+        hits = (self._ends_hit(task, stance) for stance in stances)
+        return next((hit for hit in hits if hit is not None), 'a joint limit')
+
+    def _stances(self, task: Task, start: _Start) -> list[Stance]:
+        """Every stance that reaches pick and place, the quickest by estimate first."""
+        rail = self._layout.rail
+        options = set()
+        for offset in _RAIL_OFFSETS:
+            place_rail = _clip(task.place[0] + offset, rail.x_min, rail.x_max)
+            near = task.pick[0] + _clip(place_rail - task.pick[0], -0.5, 0.5)
+            for pick_rail in (float(start.q[0]), near, _clip(place_rail, -1.0, 1.0)):
+                options.add((round(pick_rail, 6), round(place_rail, 6)))
+        swing = task.swings[0]
+        lifted, over = (*task.pick[:2], swing), (*task.place[:2], swing)
+        rows = [
+            (where, point)
+            for pick_rail, place_rail in sorted(options)
+            for where, point in (
+                (pick_rail, task.pick),
+                (pick_rail, lifted),
+                (place_rail, over),
+                (place_rail, task.place),
+                (pick_rail, task.hover),
+            )
+        ]
+        rails, points = np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
+        q = self.kinematics.tool_down(rails, points, np.zeros(len(rows)))
+        legs = q.reshape(len(options), 5, 8, 7).swapaxes(1, 2)
+        pick, lift, above, place, hover = (legs[:, :, k] for k in range(5))
+        estimate = GRIP_S + RELEASE_S + _OVERLAP * (
+            self._least(start.q, pick)
+            + self._least(pick, lift)
+            + self._least(lift, above)
+            + 2 * self._least(above, place)
+            + self._least(above, hover)
+        )
+        # Another posture is taken above the pick point, in a motion of its own.
+        estimate += np.where(
+            np.arange(8) == start.branch, 0.0, (1 - _OVERLAP) * self._least(start.q, hover)
+        )
+        found = [
+            Stance(float(estimate[row, branch]), branch, pick_rail, place_rail, swing)
+            for row, (pick_rail, place_rail) in enumerate(sorted(options))
+            for branch in _ELBOW_UP
+            if np.isfinite(estimate[row, branch])
+        ]
+        return sorted(found, key=lambda one: one.estimate)
+
+    def _least(self, one: Array, other: Array) -> Array:
+        """Least seconds between configurations (..., 7) at rest, without the last joint."""
+        way = np.abs(other - one)[..., :6]
+        way[..., 1:] = np.minimum(way[..., 1:], np.abs(2 * math.pi - way[..., 1:]))
         speed, acceleration = self.timing.max_speed[:6], self.timing.max_acceleration[:6]
         ramp = speed * speed / acceleration
         seconds = np.where(
             way > ramp, way / speed + speed / acceleration, 2 * np.sqrt(way / acceleration)
         )
-        return float(seconds.max())
+        most: Array = seconds.max(axis=-1)
+        return most
 
-    def _branch(self, start: Array) -> int:
-        tool = self.kinematics.tool(start)[0]
-        yaw = math.atan2(tool[1, 0], tool[0, 0])
-        solutions = self.kinematics.tool_down([start[0]], [tool[:3, 3]], [yaw])[0]
-        away = np.abs((solutions - start + math.pi) % (2 * math.pi) - math.pi).max(axis=1)
-        if np.isnan(away).all() or np.nanmin(away) > 0.1:
-            msg = 'the arm stands where no branch of its kinematics does; move it by hand'
-            raise MotionError(ErrorCode.START_STATE_INVALID, msg)
-        return int(np.nanargmin(away))
-
-    def _paths(
-        self, task: _Task, candidate: _Candidate, start: Array, tool: Array, corner: float
-    ) -> list[JointPath] | None:
-        """Joint paths of approach, carry and retreat, or ``None`` when a joint cannot follow."""
-        branch = self._branch(start)
-        legs = _legs(task, candidate, start, tool, self.kinematics.arm.d4, BRANCHES[branch][0])
+    def _paths(self, task: Task, stance: Stance, start: _Start, corner: float) -> _Paths | str:
+        """Joint paths of a stance, or what a joint cannot do."""
+        shoulder = BRANCHES[stance.branch][0]
+        at, tool, yaw, switch = start.q, start.tool[:3, 3], start.yaw, None
+        if stance.branch != start.branch:
+            switch = self._switch(task, stance, start)
+            if switch is None:
+                return 'a joint limit'
+            at, tool, yaw = switch.q[-1], switch.tcp[-1], float(switch.yaw[-1])
+        begin = waypoint(float(at[0]), tool, yaw, math.pi / 2)
+        legs = template(task, stance, begin, float(at[6]), self.kinematics.arm.d4, shoulder)
         paths: list[JointPath] = []
-        at = start
-        for leg in legs:
-            path = joint_path(self.kinematics, rounded(leg, corner, PATH_STEP), branch)
+        for leg in (legs.approach, legs.carry, legs.retreat):
+            path = joint_path(self.kinematics, rounded(leg, corner, PATH_STEP), stance.branch)
             follows = None if path is None else starting_at(path, at)
             if follows is None:
-                return None
+                return 'a joint limit'
             paths.append(follows)
             at = follows.q[-1]
-        return paths
+        return _Paths(switch, *paths)
 
-    def _timed(self, paths: list[JointPath], load: Load) -> list[Trajectory] | None:
-        trajectories = []
-        for path, carried in zip(paths, (None, load, None), strict=True):
-            timed = self.timing.trajectory(path.q, carried, self._period)
-            if timed is None:
-                return None
-            trajectories.append(timed)
-        return trajectories
+    def _switch(self, task: Task, stance: Stance, start: _Start) -> JointPath | None:
+        """Joint by joint from the start to the stance's posture above the pick point."""
+        point = (task.hover[0], task.hover[1], max(task.hover[2], float(start.tool[2, 3])))
+        options = self.kinematics.tool_down([stance.pick_rail], [point], [task.pick_yaw])
+        q = options[0, stance.branch]
+        if np.isnan(q).any():
+            return None
+        for joint in range(1, 6):
+            q[joint] = nearest(float(q[joint]), float(start.q[joint]), 2 * math.pi)
+        q[6] = nearest(float(q[6]), 0.0, math.pi / 2)
+        count = math.ceil(float(np.abs(q - start.q).max()) / 0.04) + 2
+        share = np.linspace(0.0, 1.0, count)[:, None]
+        way = start.q + (q - start.q) * share
+        return self._seen(way) if within_limits(way) else None
 
-    def _collision(
-        self, request: PlaceRequest, task: _Task, paths: Sequence[JointPath]
-    ) -> str | None:
-        """What the three paths touch first: the carry with the box, the others past it."""
-        approach, carry, retreat = paths
-        world = self._world
-        hit = world.first_hit(carry, task.pick_yaw - float(carry.yaw[0]))
-        if hit is not None:
-            return hit
-        for path, name, top, yaw in (
-            (approach, _at_pick(request), task.pick, task.pick_yaw),
-            (retreat, _at_place(request), task.place, task.pick_yaw + task.turn),
-        ):
-            lowered = (top[0], top[1], top[2] - task.size[2] / 2 - BOX_SKIN)
-            world.set_box(name, task.size, Pose(lowered, _yaw_quaternion(yaw)))
-            hit = world.first_hit(path)
-            world.remove(name)
-            if hit is not None:
-                return hit
-        return None
-
-    def _sampled(self, trajectory: Trajectory) -> JointPath:
-        every = max(1, int(CHECK_PERIOD / self._period))
-        q = np.vstack([trajectory.q[::every], trajectory.q[-1:]])
+    def _seen(self, q: Array) -> JointPath:
         tool = self.kinematics.tool(q)
         return JointPath(q, tool[:, :3, 3], np.arctan2(tool[:, 1, 0], tool[:, 0, 0]))
 
-    def _motion(
-        self,
-        task: _Task,
-        trajectories: list[Trajectory],
-        carry_path: JointPath,
-        release_z: float,
-    ) -> PlannedMotion:
-        approach, carry, retreat = trajectories
+    def _collision(self, task: Task, paths: _Paths) -> str | None:
+        """What the paths touch first: the carry with the box, the others past it."""
+        world, carry = self._world, paths.carry
+        hit = world.first_hit(carry, task.pick_yaw - float(carry.yaw[0]))
+        if hit is not None:
+            return hit
+        turned = task.pick_yaw + task.turn
+        before = [one for one in (paths.switch, paths.approach) if one is not None]
+        for group, name, top, yaw in (
+            (before, 'the box at the pick point', task.pick, task.pick_yaw),
+            ([paths.retreat], 'the box in place', task.place, turned),
+        ):
+            centre = (top[0], top[1], top[2] - task.size[2] / 2 - BOX_SKIN)
+            world.set_box(name, task.size, Pose(centre, (0, 0, math.sin(yaw / 2), math.cos(yaw / 2))))
+            hits = [hit for hit in map(world.first_hit, group) if hit is not None]
+            world.remove(name)
+            if hits:
+                return hits[0]
+        return None
+
+    def _timed(self, task: Task, paths: _Paths, load: Load) -> PlannedMotion | str:
+        """The motion along ``paths``, its samples checked again; else what is wrong with it."""
+        pieces: list[Trajectory] = []
+        for path, carried in (
+            (paths.switch, None),
+            (paths.approach, None),
+            (paths.carry, load),
+            (paths.retreat, None),
+        ):
+            if path is None:
+                continue
+            timed = self.timing.trajectory(path.q, carried, self._period)
+            if timed is None:
+                return 'a torque limit'
+            pieces.append(timed)
+        carry, retreat = pieces[-2:]
+        approach = joined(pieces[:-2])
+        sampled = [self._seen(self._every(one)) for one in (approach, carry, retreat)]
+        hit = self._collision(task, _Paths(None, *sampled))
+        if hit is not None:
+            return hit
         tcp = self.kinematics.tool(carry.q)[:, :3, 3]
         away = np.hypot(tcp[:, 0] - task.place[0], tcp[:, 1] - task.place[1])
         lowering = int(np.nonzero(away > 0.01)[0].max(initial=0))
-        return PlannedMotion(
-            approach, carry, retreat, float(carry.times[lowering]), carry_path, release_z
-        )
+        return PlannedMotion(approach, carry, retreat, float(carry.times[lowering]), paths.carry)
+
+    def _every(self, trajectory: Trajectory) -> Array:
+        every = max(1, int(CHECK_PERIOD / self._period))
+        return np.vstack([trajectory.q[::every], trajectory.q[-1:]])
 
 
-def _legs(
-    task: _Task, candidate: _Candidate, start: Array, tool: Array, d4: float, shoulder: int
-) -> tuple[list[Waypoint], list[Waypoint], list[Waypoint]]:
-    """Waypoints of approach, carry and retreat."""
-    pick_rail, place_rail = candidate.pick_rail, candidate.place_rail
-    start_yaw = math.atan2(tool[1, 0], tool[0, 0])
-    begin = waypoint(float(start[0]), tool[:3, 3], start_yaw, math.pi / 2)
-    # The first joint is this far ahead of theta.
-    def turn_of(point: Waypoint) -> float:
-        return point[1] + shoulder * math.acos(d4 / point[2])
-
-    grip_yaw = _nearest(task.pick_yaw, start_yaw, math.pi / 2)
-    grip = waypoint(pick_rail, task.pick, grip_yaw, begin[1])
-    place = waypoint(place_rail, task.place, 0.0, grip[1])
-    place = (place[0], place[1] + candidate.around, *place[2:])
-    # The last joint turns by what the first turns less what the box turns: keep that small.
-    period = math.pi if task.symmetric else 2 * math.pi
-    place_yaw = _nearest(grip_yaw + task.turn, grip_yaw + turn_of(place) - turn_of(grip), period)
-    place = (*place[:4], place_yaw)
-    hover = waypoint(pick_rail, task.hover, 0.0, grip[1])
-    # Back above the pick point with the last joint near its middle.
-    middle = start_yaw + float(start[6]) + turn_of(hover) - turn_of(begin)
-    hover = (*hover[:4], _nearest(task.pick_yaw, middle, math.pi / 2))
-
-    def at(point: Waypoint, height: float) -> Waypoint:
-        return (point[0], point[1], point[2], height, point[4])
-
-    above = max(task.pick[2] + CLEAR, min(begin[3], task.pick[2] + 0.15))
-    approach = [begin, at(grip, above), grip]
-    moved = math.dist(tool[:2, 3], task.pick[:2])
-    if moved > 0.5 or begin[3] < task.pick[2] + CLEAR:
-        safe = max(begin[3], task.retreat_height, task.hover[2])
-        approach = [begin, at(begin, safe), at(grip, safe), grip]
-    swing = candidate.swing
-    rise = max(task.retreat_height, place[3] + CLEAR)
-    carry = [grip, at(grip, swing), at(place, swing), place]
-    retreat = [place, at(place, rise), hover]
-    if task.front_y is not None:
-        carry, retreat = _through_front(task, grip, place, hover, swing)
-    return approach, carry, retreat
-
-
-def _through_front(
-    task: _Task, grip: Waypoint, place: Waypoint, hover: Waypoint, swing: float
-) -> tuple[list[Waypoint], list[Waypoint]]:
-    """Carry and retreat through the open front of a roller cage, above what stands in it."""
-    assert task.front_y is not None
-    entry, clear = task.entry_height, task.place[2] + 0.03
-    leave = max(entry - task.size[2], clear)
-    carry, retreat = [grip, (*grip[:3], swing, grip[4])], [place, (*place[:3], leave, place[4])]
-    # Along a line in front of the cage; straight in x and y, so several points.
-    before = task.pick if task.pick[1] * task.place[1] > 0 else task.place
-    line, back = [], []
-    for share in np.linspace(0.0, 1.0, 9):
-        x = before[0] + (task.place[0] - before[0]) * share
-        rail = grip[0] + (place[0] - grip[0]) * share
-        yaw = grip[4] + (place[4] - grip[4]) * share
-        near = line[-1][1] if line else grip[1]
-        line.append(waypoint(rail, (x, task.front_y, max(swing, entry)), yaw, near))
-        back.append((*line[-1][:3], max(leave, task.hover[2]), place[4]))
-    inner = (place[0], place[1], place[2], entry, place[4])
-    carry += [*line, (*line[-1][:3], entry, place[4]), inner, place]
-    retreat += [(*line[-1][:3], leave, place[4]), *reversed(back), hover]
-    return carry, retreat
-
-
-def reversed_path(path: JointPath, q: Array) -> JointPath:
-    """The part of ``path`` already travelled at ``q`` (7,), backwards from there to its start."""
-    nearest = int(np.abs(path.q - q).sum(axis=1).argmin())
-    back = path.q[max(nearest - 1, 0) :: -1]
-    if np.abs(back[0] - q).max() > 1e-6:
-        back = np.vstack([q, back])
-    return JointPath(back, np.zeros((len(back), 3)), np.zeros(len(back)))
-
-
-def _upright_yaw(pose: Pose, box_id: str, what: str) -> float:
-    x, y, z, w = pose.quaternion
-    if math.hypot(x, y) > 0.01:
-        msg = (
-            f'box {box_id}: the {what} quaternion ({x:.3f}, {y:.3f}, {z:.3f}, {w:.3f}) tips the box '
-            'over; this arm picks from above only, so a box can only turn about the vertical'
-        )
-        raise MotionError(ErrorCode.NO_IK_SOLUTION, msg)
-    return 2 * math.atan2(z, w)
-
-
-def _extent(size: Vec3, yaw: float) -> tuple[float, float]:
-    """Half extents along x and y of a box turned by ``yaw``."""
-    cosine, sine = abs(math.cos(yaw)), abs(math.sin(yaw))
-    return (cosine * size[0] + sine * size[1]) / 2, (sine * size[0] + cosine * size[1]) / 2
-
-
-def _nearest(angle: float, wanted: float, period: float) -> float:
-    return angle + period * round((wanted - angle) / period)
+def reversed_path(path: JointPath, q: Array) -> Array:
+    """The part of ``path`` travelled so far at ``q`` (7,), from there back to its start (n, 7)."""
+    nearest_sample = int(np.abs(path.q - q).sum(axis=1).argmin())
+    back = path.q[max(nearest_sample - 1, 0) :: -1]
+    return np.vstack([q, back]) if np.abs(back[0] - q).max() > 1e-6 else back
 
 
 def _clip(value: float, low: float, high: float) -> float:
     return float(min(max(value, low), high))
-
-
-def _yaw_quaternion(yaw: float) -> tuple[float, float, float, float]:
-    return (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
-
-
-def _at_pick(request: PlaceRequest) -> str:
-    return f'box {request.box.id} at the pick point'
-
-
-def _at_place(request: PlaceRequest) -> str:
-    return f'box {request.box.id} in place'
-
-
-def _metres(values_mm: Vec3) -> Vec3:
-    x, y, z = values_mm
-    return (x / 1000, y / 1000, z / 1000)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 import math
 from collections import OrderedDict
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -74,6 +75,19 @@ class Trajectory:
     def duration(self) -> float:
         """Seconds from start to end."""
         return float(self.times[-1])
+
+
+def joined(pieces: Sequence[Trajectory]) -> Trajectory:
+    """One trajectory of several, each from where the one before came to rest."""
+    whole = pieces[0]
+    for piece in pieces[1:]:
+        whole = Trajectory(
+            np.r_[whole.times, whole.duration + piece.times[1:]],
+            np.vstack([whole.q, piece.q[1:]]),
+            np.vstack([whole.qd, piece.qd[1:]]),
+            np.vstack([whole.qdd, piece.qdd[1:]]),
+        )
+    return whole
 
 
 class Timing:
