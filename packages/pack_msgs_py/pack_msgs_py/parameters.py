@@ -79,7 +79,7 @@ def parameter_table(parameters: type) -> str:
     for one in parameter_fields(parameters):
         meta = one.metadata
         if meta['choices']:
-            span = ', '.join(f'`{choice}`' for choice in meta['choices'])
+            span = ', '.join(f'`{choice}`' if choice else '(empty)' for choice in meta['choices'])
         elif meta['low'] is None and meta['high'] is None:
             span = ''
         else:
@@ -88,6 +88,7 @@ def parameter_table(parameters: type) -> str:
             span = f'{low} to {high}' if high else f'from {low}'
         if meta['unit']:
             span = f'{span} {meta["unit"]}'.strip()
-        default = '(empty)' if one.default == '' else str(one.default).lower()
-        lines.append(f'| `{one.name}` | `{default}` | {span} | {meta["description"]} |')
+        default = str(one.default).lower() if isinstance(one.default, bool) else str(one.default)
+        default = f'`{default}`' if default else '(empty)'
+        lines.append(f'| `{one.name}` | {default} | {span} | {meta["description"]} |')
     return '\n'.join(lines) + '\n'
