@@ -1,0 +1,186 @@
+"""The arm that only spends time."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import pytest
+from executor_cases import LAYOUT, LDC, make_box, make_decision, pick_of
+
+from arm_executor.arm import MotionError, MotionHooks, PlaceRequest
+from arm_executor.arms import make_arm
+from arm_executor.timed_arm import FAULT_SHIFT_M, TimedArm
+from pack_msgs_py.cell_values import Pose
+from pack_msgs_py.codes import ErrorCode, Phase
+from pack_msgs_py.values import Bin, parse_bin
+
+
+def make_request(number=1, station='A', target=None):
+    box = make_box(number)
+    return PlaceRequest(box, pick_of(box), station, target or make_decision(box).target)
+
+
+def make_timed(*, speed=0.0, faults=None, spec=LDC):
+    arm = TimedArm(LAYOUT, speed=speed, faults=faults)
+    arm.set_bins([Bin(f'{s}-bin', 1, spec, station=s) for s in 'ABC'], {})
+    return arm
+
+
+class Calls:
+    """Notes what the arm calls; ``at`` runs something at a call."""
+
+    def __init__(self, at=None):
+        self.names = []
+        self.phases = []
+        self._at = at or {}
+
+    def hooks(self):
+        return MotionHooks(
+            phase=self._phase,
+            picked=lambda: self._note('picked'),
+            releasing=lambda: self._note('releasing'),
+            released=lambda: self._note('released'),
+        )
+
+    def _phase(self, phase, fraction):
+        if phase not in self.names:
+            self.names.append(phase)
+        self.phases.append((phase, fraction))
+        self._at.get(phase, lambda: None)()
+
+    def _note(self, name):
+        self.names.append(name)
+        self._at.get(name, lambda: None)()
+
+
+def execute(arm, request, *, at=None, stop=None):
+    calls = Calls(at)
+    result = arm.execute(arm.plan(request), calls.hooks(), stop or threading.Event())
+    return result, calls
+
+
+@pytest.mark.parametrize(
+    ('name', 'station', 'low', 'high'),
+    [
+        ('EQ', 'A', 3.5, 4.9),
+        ('LDC', 'A', 3.5, 5.5),
+        ('LDC', 'B', 3.5, 5.5),
+        ('LDC', 'C', 4.6, 5.5),
+        ('PAL', 'A', 3.5, 6.6),
+    ],
+)
+def test_the_predicted_time_is_like_that_of_the_real_arm(name, station, low, high):
+    spec = parse_bin(name)
+    arm = make_timed(spec=spec)
+    length, breadth, _ = (edge / 1e3 for edge in spec.size_mm)
+    times = [
+        arm.plan(make_request(station=station, target=Pose((x, y, z)))).predicted_s
+        for x in (0.2, length / 2, length - 0.2)
+        for y in (0.2, breadth - 0.2)
+        for z in (0.1, 0.5)
+    ]
+    assert low < min(times) < max(times) < high
+
+
+def test_what_was_planned_is_what_is_spent_and_measured():
+    arm = make_timed()
+    request = make_request()
+    result, _ = execute(arm, request)
+    assert result.code is ErrorCode.NONE
+    assert result.motion_s == pytest.approx(arm.plan(request).predicted_s)
+    assert result.motion_s == pytest.approx(sum(result.split_s.values()))
+    assert (result.measured, result.others, result.others_moved_m) == (request.target, {}, 0.0)
+
+
+def test_hooks_come_in_order_and_progress_never_goes_back():
+    _, calls = execute(make_timed(), make_request())
+    assert calls.names == [
+        Phase.APPROACHING,
+        Phase.GRASPING,
+        'picked',
+        Phase.TRANSFERRING,
+        Phase.LOWERING,
+        'releasing',
+        Phase.RELEASING,
+        'released',
+        Phase.RETREATING,
+    ]
+    fractions = [fraction for _, fraction in calls.phases]
+    assert fractions == sorted(fractions)
+    assert fractions[-1] == pytest.approx(1.0)
+
+
+def test_speed_divides_the_wall_clock_time():
+    arm = make_timed(speed=20.0)
+    started = time.monotonic()
+    result, _ = execute(arm, make_request())
+    assert time.monotonic() - started == pytest.approx(result.motion_s / 20.0, abs=0.1)
+
+
+@pytest.mark.parametrize('phase', [Phase.APPROACHING, Phase.TRANSFERRING, Phase.LOWERING])
+def test_a_stop_ends_the_motion_at_once(phase):
+    arm, stop = make_timed(speed=1.0), threading.Event()
+    result, calls = execute(arm, make_request(), at={phase: stop.set}, stop=stop)
+    assert result.code is ErrorCode.CANCELED
+    assert calls.names[-1] is phase
+    assert arm.holds() == (None if phase is Phase.APPROACHING else 'box-1')
+    assert arm.return_to_belt() == (phase is not Phase.APPROACHING)
+    assert arm.holds() is None
+
+
+def test_a_stop_after_the_release_comes_too_late():
+    arm, stop = make_timed(), threading.Event()
+    result, _ = execute(arm, make_request(), at={'releasing': stop.set}, stop=stop)
+    assert (result.code, arm.holds()) == (ErrorCode.NONE, None)
+
+
+def test_the_other_boxes_of_the_bin_are_measured():
+    arm = make_timed()
+    execute(arm, make_request(1))
+    result, _ = execute(arm, make_request(2))
+    assert result.others == {'box-1': make_request(1).target}
+
+
+@pytest.mark.parametrize(
+    ('code', 'held'),
+    [
+        (ErrorCode.GRASP_FAILED, None),
+        (ErrorCode.BOX_LOST, None),
+        (ErrorCode.PATH_TOLERANCE_VIOLATED, 'box-1'),
+        (ErrorCode.PROTECTIVE_STOP, 'box-1'),
+    ],
+)
+def test_a_fault_ends_the_motion(code, held):
+    arm = make_timed(faults={'box-1': code})
+    result, calls = execute(arm, make_request())
+    assert (result.code, arm.holds()) == (code, held)
+    assert result.message
+    assert ('picked' in calls.names) == (code is not ErrorCode.GRASP_FAILED)
+    assert 'releasing' not in calls.names
+
+
+def test_a_fault_shifts_a_box():
+    arm = make_timed(faults={'box-2': ErrorCode.OTHERS_DISTURBED})
+    execute(arm, make_request(1))
+    result, _ = execute(arm, make_request(2))
+    assert result.others_moved_m == FAULT_SHIFT_M
+    assert result.others['box-1'].position[0] == pytest.approx(0.15 + FAULT_SHIFT_M)
+
+
+def test_a_fault_of_planning_is_raised_with_its_code():
+    arm = make_timed(faults={'box-1': ErrorCode.NO_IK_SOLUTION})
+    with pytest.raises(MotionError) as caught:
+        arm.plan(make_request())
+    assert caught.value.code is ErrorCode.NO_IK_SOLUTION
+
+
+def test_a_station_without_bin_is_named():
+    with pytest.raises(MotionError, match="'D'"):
+        make_timed().plan(make_request(station='D'))
+
+
+def test_arms_are_made_by_name():
+    assert isinstance(make_arm('timed', layout=LAYOUT, speed=0.0), TimedArm)
+    with pytest.raises(ValueError, match='physics, timed'):
+        make_arm('strong', layout=LAYOUT)
