@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import csv
 import random
+import sys
 import time
 from pathlib import Path
 
@@ -27,7 +28,7 @@ CARTONS = Path(__file__).parents[1] / 'packages/conveyor_sim/conveyor_sim/data/c
 
 
 def boxes_for(spec: BinSpec, cartons: list[Box], volume_bins: int, rng: random.Random) -> list[Box]:
-    """Boxes that would fill ``volume_bins`` bins: cut from SYN bins, else drawn from ``cartons``."""
+    """Boxes of the volume of so many bins: cut from SYN bins, else drawn from ``cartons``."""
     if spec.name == 'SYN':
         pieces = [piece for _ in range(volume_bins) for piece in cut_bin(spec, rng)]
         rng.shuffle(pieces)
@@ -85,9 +86,9 @@ def main() -> None:
     options = parser.parse_args()
     cartons = read_cartons(options.boxes)
     profile = find_profile(options.profile)
-    print(
+    sys.stdout.write(
         '| bin | look-ahead | decisions | boxes/bin | median ms | p95 ms | p99 ms | max ms '
-        '| closed | fill % | rejected | violations |\n' + '|---' * 12 + '|'
+        '| closed | fill % | rejected | violations |\n' + '|---' * 12 + '|\n'
     )
     for name in options.bins:
         spec = parse_bin(name)
@@ -98,7 +99,8 @@ def main() -> None:
                 planner, boxes, spec, look_ahead=look_ahead, open_bins=options.open_bins
             )
             broken = validate_bins([*run.closed, *run.still_open], profile)
-            print(line(spec, look_ahead, run, len(broken)), flush=True)
+            sys.stdout.write(line(spec, look_ahead, run, len(broken)) + '\n')
+            sys.stdout.flush()
 
 
 if __name__ == '__main__':

@@ -360,7 +360,7 @@ class Coordinator:
             self._new_bins = (decision.bin_id, decision.bin_revision, until)
             self._time_outs(self._clock())
             return
-        self._ahead = None
+        self._ahead = self._plan = None
         self._stale_inputs = True
         where = f'box {decision.box.id!r} into bin {decision.bin_id!r} at {decision.corner_mm} mm'
         self._out.warn(f'{code.name} ({code.value}), {where}: {message}')
@@ -372,6 +372,9 @@ class Coordinator:
             )
             # the refusal itself is new: nothing else has to change before the next try
             self._stale_inputs = False
+        elif code >= ErrorCode.GRASP_FAILED:
+            back = any(box.id == decision.box.id for box in self._in.available())
+            self._stale_inputs = not back
 
     def _scan(self) -> Scan:
         assert self._in.scan is not None

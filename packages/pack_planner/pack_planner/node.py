@@ -31,6 +31,7 @@ from typing import Any, TypeVar
 
 import rclpy
 from rcl_interfaces.msg import SetParametersResult
+from rclpy._rclpy_pybind11 import RCLError
 from rclpy.action import ActionClient
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -312,24 +313,34 @@ def _frame(decision: Decision, bins: tuple[Bin, ...]) -> str:
 def main(args: list[str] | None = None) -> None:
     """Run the node until SIGINT or SIGTERM; ends with code 2 on bad parameters."""
     rclpy.init(args=args)
+    node = None
     try:
-        node = PlannerNode()
-    except ValueError as error:
-        rclpy.logging.get_logger('planner').fatal(str(error))
-        rclpy.try_shutdown()
-        sys.exit(2)
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-    try:
+        node = _created()
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
         executor.spin()
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
+    except RCLError:
+        # a signal during start-up closes the context under the calls that follow
+        if rclpy.ok():
+            raise
     finally:
-        stopped = node.stop()
-        node.destroy_node()
+        stopped = node is None or node.stop()
+        if node is not None:
+            node.destroy_node()
         rclpy.try_shutdown()
     if not stopped:
         # compiling cannot be interrupted, and Python would wait for it
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(0)
+
+
+def _created() -> PlannerNode:
+    """The node; ends the process with code 2 when a parameter is bad."""
+    try:
+        return PlannerNode()
+    except ValueError as error:
+        rclpy.logging.get_logger('planner').fatal(str(error))
+        sys.exit(2)

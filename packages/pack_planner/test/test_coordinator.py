@@ -1,4 +1,4 @@
-"""When the planner decides, announces, sends, closes and waits; scripted inputs, a hand-set clock."""
+"""When the planner decides, sends, closes and waits; scripted inputs, a hand-set clock."""
 
 from __future__ import annotations
 
@@ -278,6 +278,17 @@ def test_a_failed_motion_drops_the_plan_made_ahead_and_decides_again_on_new_inpu
     assert rig.take() == [('plan', 3)]
     assert [one.id for one in rig.situations[3].boxes] == ['a', 'b']
     assert rig.situations[3].forbidden.zones == {}
+
+
+def test_a_box_that_came_back_before_the_report_is_tried_again_at_once(rig):
+    rig.start('a')
+    rig.event('a', BoxEventKind.PICKED)
+    rig.scan(['b', 'c'])
+    rig.event('a', BoxEventKind.RETURNED)
+    rig.scan(['a', 'b'])
+    rig.take()
+    rig.finish(ErrorCode.GRASP_FAILED)
+    assert rig.take() == [('plan', 3)]
 
 
 @pytest.mark.parametrize(
