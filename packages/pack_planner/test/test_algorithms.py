@@ -1,0 +1,171 @@
+"""Every algorithm, under every profile, with every look-ahead and number of open bins."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import replace
+
+import pytest
+from planner_cases import SMALL, random_box
+
+from pack_msgs_py.profiles import PROFILES
+from pack_msgs_py.validator import validate_bins
+from pack_msgs_py.values import Bin, Box, PlacedBox
+from pack_planner.algorithms import ALGORITHMS, Problem, find_algorithm
+from pack_planner.engine import Engine, Zone
+
+ENGINES = {name: Engine(profile) for name, profile in PROFILES.items()}
+NEAREST_ONLY = ['first_fit', 'best_fit', 'dbl', 'lsah', 'heightmap_min', 'online_bph', 'walle',
+                'floor_building', 'column_building', 'best_short_side_fit']  # fmt: skip
+
+
+def pack(name, engine, boxes, look_ahead, open_bins, spec=SMALL):
+    """Pack ``boxes`` in order; the fullest bin is closed when nothing fits."""
+    algorithm = find_algorithm(name)
+    bins = [Bin(f'bin-{i}', i, spec) for i in range(1, open_bins + 1)]
+    closed, waiting, order = [], list(boxes), []
+    while waiting:
+        problem = Problem(
+            engine, tuple(waiting[:look_ahead]), tuple(engine.model(one) for one in bins),
+            budget_s=0.2,
+        )  # fmt: skip
+        choice = algorithm(problem)
+        if choice is None:
+            fullest = max(bins, key=lambda one: one.fill_rate)
+            assert fullest.boxes, 'a box that fits an empty bin was placed nowhere'
+            bins.remove(fullest)
+            closed.append(fullest)
+            serial = len(closed) + open_bins
+            bins.append(Bin(f'bin-{serial}', serial, spec))
+            continue
+        placed, index = choice.candidate.placed, choice.candidate.bin_index
+        assert choice.candidate.objective == engine.objective(placed, index)
+        assert placed.box in waiting[:look_ahead]
+        waiting.remove(placed.box)
+        order.append(placed.box.id)
+        target = bins[index]
+        bins[index] = replace(target, boxes=(*target.boxes, placed), revision=target.revision + 1)
+    return [*closed, *bins], order
+
+
+def any_way_up(rng, count):
+    return [replace(random_box(rng, f'box-{i}', low=100), allowed_up=63) for i in range(count)]
+
+
+@pytest.mark.parametrize('open_bins', [1, 2, 3])
+@pytest.mark.parametrize('profile', PROFILES)
+@pytest.mark.parametrize('name', ALGORITHMS)
+def test_every_placement_obeys_the_rules(name, profile, open_bins):
+    rng = random.Random(f'{profile}{open_bins}')
+    look_ahead = {1: 1, 2: 3, 3: 6}[open_bins]
+    drawn = [random_box(rng, f'box-{i}', low=100) for i in range(28)]
+    boxes = [box for box in drawn if ENGINES[profile].fits_empty_bin(box, SMALL)]
+    assert len(boxes) > 16
+    bins, order = pack(name, ENGINES[profile], boxes, look_ahead, open_bins)
+    assert sorted(order) == sorted(box.id for box in boxes)
+    assert validate_bins(bins, PROFILES[profile]) == []
+
+
+@pytest.mark.parametrize('name', NEAREST_ONLY)
+def test_heuristics_without_look_ahead_pack_in_order_of_arrival(name):
+    boxes = any_way_up(random.Random(5), 12)
+    assert pack(name, ENGINES['paper'], boxes, 4, 2)[1] == [box.id for box in boxes]
+
+
+@pytest.mark.parametrize('name', ['o_first_fit', 'o_best_fit', 'o_jampack'])
+def test_opack_makes_use_of_the_look_ahead(name):
+    boxes = any_way_up(random.Random(5), 12)
+    assert pack(name, ENGINES['paper'], boxes, 4, 2)[1] != [box.id for box in boxes]
+
+
+@pytest.mark.parametrize(('plain', 'with_opack'), [
+    ('first_fit', 'o_first_fit'), ('best_fit', 'o_best_fit'),
+])  # fmt: skip
+def test_opack_with_one_box_is_the_plain_rule(plain, with_opack):
+    boxes = any_way_up(random.Random(8), 30)
+    assert pack(plain, ENGINES['paper'], boxes, 1, 3) == pack(
+        with_opack, ENGINES['paper'], boxes, 1, 3
+    )
+
+
+def two_bins(engine):
+    """An old bin with a low box and a young one with a large box; both have room on the floor."""
+    low = PlacedBox(Box('low', (300.0, 400.0, 50.0)), (0, 0, 0), (300, 400, 50))
+    large = PlacedBox(Box('large', (400.0, 400.0, 300.0)), (0, 0, 0), (400, 400, 300))
+    return tuple(
+        engine.model(Bin(name, serial, SMALL, (placed,)))
+        for name, serial, placed in (('old', 1, low), ('young', 2, large))
+    )
+
+
+@pytest.mark.parametrize(('name', 'index'), [
+    ('first_fit', 0), ('o_first_fit', 0), ('best_fit', 1), ('o_best_fit', 1), ('dbl', 0),
+])  # fmt: skip
+def test_first_fit_takes_the_oldest_bin_and_best_fit_the_fullest(name, index):
+    engine = ENGINES['paper']
+    problem = Problem(engine, (Box('new', (100.0, 100.0, 100.0)),), two_bins(engine))
+    assert find_algorithm(name)(problem).candidate.bin_index == index
+
+
+def corner_of(name, box, *placed):
+    engine = ENGINES['paper']
+    problem = Problem(engine, (box,), (engine.model(Bin('a', 1, SMALL, placed)),))
+    return find_algorithm(name)(problem).candidate.placed
+
+
+SLAB = PlacedBox(Box('slab', (300.0, 400.0, 100.0)), (0, 0, 0), (300, 400, 100))
+CUBE = Box('cube', (100.0, 100.0, 100.0))
+
+
+@pytest.mark.parametrize('name', ['dbl', 'floor_building', 'online_bph', 'first_fit'])
+def test_floor_comes_before_the_top_of_a_box(name):
+    assert corner_of(name, CUBE, SLAB).corner_mm == (300, 0, 0)
+
+
+def test_column_building_stacks_at_the_origin():
+    assert corner_of('column_building', CUBE, SLAB).corner_mm == (0, 0, 100)
+
+
+def test_floor_building_lies_a_box_down():
+    assert corner_of('floor_building', Box('new', (100.0, 200.0, 60.0))).size_mm[2] == 60
+
+
+def test_lsah_keeps_the_bounding_box_small():
+    # beside the slab the bounding box grows along x, on top of it along z
+    low = PlacedBox(Box('low', (300.0, 200.0, 200.0)), (0, 0, 0), (300, 200, 200))
+    assert corner_of('lsah', Box('twin', (300.0, 200.0, 200.0)), low).corner_mm == (0, 200, 0)
+
+
+def test_heightmap_minimisation_loses_no_volume():
+    # one 100 mm step: across it some volume would be lost below
+    placed = corner_of('heightmap_min', Box('new', (200.0, 400.0, 50.0)), SLAB)
+    assert placed.corner_mm[2] in (0, 100)
+    x, far = placed.corner_mm[0], placed.far_mm[0]
+    assert far <= 300 or x >= 300
+
+
+def test_walle_prefers_a_level_neighbour():
+    # at the slab's edge the top is level with the slab: flush cells and no variation there
+    placed = corner_of('walle', Box('new', (300.0, 400.0, 100.0)), SLAB)
+    assert placed.corner_mm == (300, 0, 0) and placed.size_mm == (300, 400, 100)
+
+
+def test_best_short_side_fit_fills_the_gap_that_fits():
+    # between slab and wall 300 mm are left: a 300 mm side leaves nothing over
+    placed = corner_of('best_short_side_fit', Box('new', (300.0, 150.0, 140.0)), SLAB)
+    x, y, _ = placed.corner_mm
+    dx, dy, _ = placed.size_mm
+    assert (x, dx) == (300, 300) or dx == 300 or dy == 400, (x, y, dx, dy)
+
+
+@pytest.mark.parametrize('name', ALGORITHMS)
+def test_a_refused_corner_of_an_empty_bin_does_not_stop_the_cell(name):
+    engine = ENGINES['cell']
+    empty = engine.model(Bin('a', 1, SMALL))
+    zones = (Zone('xyz', (0, 0, 0)), Zone('yxz', (0, 0, 0)))
+    problem = Problem(
+        engine, (Box('new', (200.0, 150.0, 100.0)),), (empty,), lambda _box, _bin: zones
+    )
+    choice = find_algorithm(name)(problem)
+    assert choice is not None
+    assert max(choice.candidate.placed.corner_mm[:2]) >= 100
