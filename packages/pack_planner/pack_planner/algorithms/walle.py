@@ -19,13 +19,13 @@ VARIATION, POSITION = 0.75, 0.01
 
 
 def flush_spots(engine: Engine, box: Box, model: BinModel, forbidden: Forbidden) -> Spots:
-    """Every allowed placement, near and far ends, on the resolution of the profile."""
+    """Every allowed placement, near and far ends."""
     return all_spots(engine, box, model, forbidden, far_ends=True)
 
 
 def score(spots: Spots, model: BinModel) -> Sequence[NDArray[np.generic]]:
     """Rank by decreasing -0.75 G_var + G_high + G_flush - 0.01 (i + j) - h, then by z, y, x."""
-    variation, higher, level = border(spots, model, step=1).T
+    variation, higher, level = border(spots, model).T
     x, y, z = spots.corners.T / 10.0
     top = z + spots.sizes[:, 2] / 10.0
     value = -VARIATION * variation + higher + level - POSITION * (x + y) - top

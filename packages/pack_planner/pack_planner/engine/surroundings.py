@@ -33,16 +33,15 @@ def lost_volume(spots: Spots, model: BinModel) -> Floats:
     return found
 
 
-def border(spots: Spots, model: BinModel, step: int) -> Floats:
+def border(spots: Spots, model: BinModel) -> Floats:
     """The height map right beside each placement, float64 (n, 3), in cells of 1 cm.
 
     Sum of |height - top of the box| in centimetres over the bordering cells, number of these cells
-    that are higher than its top, and number that are level with it. Walls have no cells. ``step``
-    is the resolution in millimetres.
+    that are higher than its top, and number that are level with it. Walls have no cells.
     """
     found: Floats = _border(
         model.source.spec.size_mm, model.columns, model.rows, model.height,
-        spots.corners, spots.sizes, step,
+        spots.corners, spots.sizes,
     )  # fmt: skip
     return found
 
@@ -92,7 +91,7 @@ def _lost_volume(columns, rows, height, corners, sizes):  # type: ignore[no-unty
 
 
 @njit(cache=True, nogil=True)
-def _border(bin_size, columns, rows, height, corners, sizes, step):  # type: ignore[no-untyped-def]
+def _border(bin_size, columns, rows, height, corners, sizes):  # type: ignore[no-untyped-def]
     found = np.zeros((len(corners), 3))
     for index in range(len(corners)):
         x, y, z = corners[index]
@@ -100,11 +99,11 @@ def _border(bin_size, columns, rows, height, corners, sizes, step):  # type: ign
         top = z + sizes[index, 2]
         for i in range(len(columns) - 1):
             wide = min(columns[i + 1], far_x) - max(columns[i], x)
-            left = columns[i] <= x - step < columns[i + 1]
+            left = columns[i] <= x - 1 < columns[i + 1]
             right = far_x < bin_size[0] and columns[i] <= far_x < columns[i + 1]
             for j in range(len(rows) - 1):
                 deep = min(rows[j + 1], far_y) - max(rows[j], y)
-                front = rows[j] <= y - step < rows[j + 1]
+                front = rows[j] <= y - 1 < rows[j + 1]
                 back = far_y < bin_size[1] and rows[j] <= far_y < rows[j + 1]
                 cells = 0.0
                 if deep > 0:
