@@ -77,16 +77,17 @@ def test_the_box_of_least_increase_is_chosen_not_the_first(paper):
 
 
 def test_a_box_that_would_stand_on_a_virtual_one_is_not_chosen():
-    """With height for free, small costs least on top of large, which is not there yet."""
+    """With height for free, small costs least across plate and large, but large is not there."""
     engine = Engine(PROFILES['paper'], Weights(1.0, 0.0, 0.0))
-    large, small = Box('large', (600, 400, 100)), Box('small', (100, 100, 100))
-    start = engine.model(EMPTY)
+    target = Bin('b', 1, SMALL, (placed('plate', (0, 0, 0), (100, 400, 100)),))
+    large, small = Box('large', (500, 400, 100)), cube('small', 200)
+    start = engine.model(target)
     first = engine.best_placement(large, [start])
-    on_top = engine.best_placement(small, [engine.with_box(start, first.placed)])
-    assert on_top.placed.corner_mm == (0, 0, 100)
-    assert engine.increase(on_top.placed) <= engine.increase(first.placed)
-    assert not engine.stands(on_top.placed, start)
-    assert solve(engine, [small, large]).candidate.placed.box.id == 'large'
+    across = engine.best_placement(small, [engine.with_box(start, first.placed)])
+    assert across.placed.corner_mm == (0, 0, 100)
+    assert engine.increase(across.placed) < engine.increase(first.placed)
+    assert not engine.stands(across.placed, start)
+    assert solve(engine, [small, large], target).candidate.placed == first.placed
 
 
 def test_older_bins_come_first_until_their_position_costs_more_than_the_index():
