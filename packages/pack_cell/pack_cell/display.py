@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-from rich.table import Table
 
 from pack_cell.record import RunRecord
 from pack_msgs_py.cell_values import BoxEvent, Decision, Report
@@ -66,12 +66,16 @@ class RunDisplay:
         if not report.code.box_is_in_bin:
             self.say(
                 f'[yellow]       {report.box_id} refused for {report.bin_id}: '
-                f'{report.code.name} {report.message}[/]'
+                f'{report.code.name} {escape(report.message)}[/]'
             )
             return
         corner = decision.corner_mm if decision else ('?', '?', '?')
         planning = f'{1e3 * decision.planning_s:6.1f}' if decision else '     ?'
-        note = '' if report.code.value == 0 else f' [red]{report.code.name} {report.message}[/]'
+        note = (
+            ''
+            if report.code.value == 0
+            else f' [red]{report.code.name} {escape(report.message)}[/]'
+        )
         colour = 'green' if report.slack_s >= 0 else 'red'
         total = self._record.expected
         count = sum(1 for r in self._record.all_reports.values() if r.code.box_is_in_bin)
@@ -85,20 +89,20 @@ class RunDisplay:
     def _event(self, event: BoxEvent) -> None:
         if event.event is BoxEventKind.REJECTED:
             reason = event.reason.name.lower()
-            self.say(f'[yellow]       {event.box_id} rejected, {reason}: {event.text}[/]')
+            self.say(
+                f'[yellow]       {escape(event.box_id)} rejected, {reason}: {escape(event.text)}[/]'
+            )
         elif event.event in (BoxEventKind.RETURNED, BoxEventKind.LOST, BoxEventKind.UNKNOWN):
-            self.say(f'[red]       {event.box_id} {event.event.name.lower()}: {event.text}[/]')
+            what = event.event.name.lower()
+            self.say(f'[red]       {escape(event.box_id)} {what}: {escape(event.text)}[/]')
 
     def summary(self, summary: dict[str, Any], folder: object) -> None:
-        """Print the summary of a run as a table."""
-        table = Table(title='Summary', show_header=False, title_justify='left')
-        table.add_column(style='bold')
-        table.add_column()
+        """Print the summary of a run, a line per measure."""
+        self.console.print('\n[bold]Summary[/]')
         for name, text in summary_lines(summary):
-            table.add_row(name, text)
-        self.console.print(table)
+            self.console.print(f'  {name:<18} {text}')
         for problem in summary['problems']:
-            self.console.print(f'[red]problem:[/] {problem}')
+            self.console.print(f'  [red]problem[/]            {escape(problem)}')
         self.console.print(f'written to {folder}')
 
 

@@ -127,6 +127,14 @@ class RunRecord:
         in_bins = sum(len(one.boxes) for one in self.every_bin())
         return in_bins == self.count(BoxEventKind.PLACED)
 
+    def all_reported(self) -> bool:
+        """Whether every placed box has a report that says so."""
+        return all(
+            box_id in self.reports and self.reports[box_id].code.box_is_in_bin
+            for box_id, event in self.events.items()
+            if event.event is BoxEventKind.PLACED
+        )
+
     def unaccounted(self) -> list[str]:
         """What is wrong with boxes that are not in exactly one place, a line each."""
         lines = [

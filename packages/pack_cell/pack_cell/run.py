@@ -27,6 +27,9 @@ EXIT_USAGE = 2
 EXIT_NODE_DIED = 3
 EXIT_STALLED = 4
 
+#: The report of a box follows its event within milliseconds, unless the executor died between.
+REPORT_PATIENCE_S = 1.0
+
 
 @dataclass(frozen=True)
 class Ending:
@@ -173,9 +176,9 @@ class Watch:
             self._last_change = time.monotonic()
             write_pids(self.folder, self.supervisor)
             display.say(f'[red]       {death}; started again[/]')
-        if self.record.complete():
-            return Ending(EXIT_OK)
         idle = time.monotonic() - self._last_change
+        if self.record.complete() and (self.record.all_reported() or idle > REPORT_PATIENCE_S):
+            return Ending(EXIT_OK)
         if idle > self.options.stall_timeout_s:
             left = self.record.supplied - self.record.settled
             reason = f'nothing has happened for {idle:.0f} s, {left} boxes have not come to an end'
