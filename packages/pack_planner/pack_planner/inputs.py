@@ -8,6 +8,9 @@ from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Scan
 from pack_msgs_py.codes import BoxEventKind, Mode
 from pack_msgs_py.values import Bin, Box
 
+#: Boxes whose last event is remembered: far more than a belt and its bins hold.
+EVENTS_KEPT = 1000
+
 
 @dataclass(frozen=True)
 class Heartbeat:
@@ -28,12 +31,18 @@ class Inputs:
     heartbeat: Heartbeat | None = None
     rejected: set[str] = field(default_factory=set)
     _events: dict[str, BoxEvent] = field(default_factory=dict)
+    _newest_event_s: float = 0.0
 
     def add_event(self, event: BoxEvent) -> None:
         """Remember what happened to a box last; two nodes report, so stamps decide the order."""
+        self._newest_event_s = max(self._newest_event_s, event.stamp_s)
         last = self._events.get(event.box_id)
-        if last is None or event.stamp_s >= last.stamp_s:
-            self._events[event.box_id] = event
+        if last is not None and event.stamp_s < last.stamp_s:
+            return
+        self._events.pop(event.box_id, None)
+        self._events[event.box_id] = event
+        while len(self._events) > EVENTS_KEPT:
+            del self._events[next(iter(self._events))]
 
     def last_event(self, box_id: str) -> BoxEventKind | None:
         """What happened last to this box, ``None`` when nothing did."""
@@ -64,9 +73,8 @@ class Inputs:
 
     def newest_stamp_s(self) -> float:
         """Stamp of the youngest input."""
-        stamps = [event.stamp_s for event in self._events.values()]
-        stamps += [one.stamp_s for one in (self.scan, self.bins, self.heartbeat) if one is not None]
-        return max(stamps, default=0.0)
+        heard = (self.scan, self.bins, self.heartbeat)
+        return max(self._newest_event_s, *(one.stamp_s for one in heard if one is not None))
 
 
 def same_content(one: tuple[Bin, ...], other: tuple[Bin, ...]) -> bool:

@@ -1,0 +1,210 @@
+"""What the planner does about refusals, failures, silence and answers that stay away."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from coordinator_rig import EMPTY, Cell, box
+from planner_cases import SMALL
+
+from pack_msgs_py.cell_values import Decision, Report
+from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode, PlacementStatus, Reason
+from pack_msgs_py.values import Bin
+from pack_planner.coordinator import BINS_TIMEOUT_S, SILENCE_S
+from pack_planner.decide import Close, Reject, Wait
+from pack_planner.running import ACCEPT_TIMEOUT_S, FORGOTTEN_S, REPORT_TIMEOUT_S
+
+
+@pytest.fixture
+def rig():
+    return Cell()
+
+
+@pytest.mark.parametrize(
+    'code', [ErrorCode.STALE_BIN_REVISION, ErrorCode.BUSY, ErrorCode.BOX_NOT_ON_BELT]
+)
+def test_a_refusal_that_is_not_about_the_placement_waits_for_new_inputs(rig, code):
+    rig.start('a')
+    rig.refuse(code)
+    assert rig.take() == []
+    rig.bins(replace(EMPTY, revision=3))
+    assert rig.take() == [('plan', 2)]
+    assert rig.situations[2].forbidden.zones == {}
+
+
+@pytest.mark.parametrize(
+    'code',
+    [ErrorCode.RULE_VIOLATION, ErrorCode.NO_IK_SOLUTION, ErrorCode.DEADLINE_UNREACHABLE],
+)
+def test_a_refused_placement_is_not_offered_again_until_the_bin_changes(rig, code):
+    rig.start('a')
+    rig.refuse(code)
+    assert rig.take() == [('plan', 2)]
+    zones = rig.situations[2].forbidden.refused(box('a'), EMPTY)
+    assert [zone.corner_mm for zone in zones] == [(0, 0, 0)]
+    rig.planned('a', (100, 0, 0))
+    rig.refuse(code)
+    assert len(rig.situations[3].forbidden.refused(box('a'), EMPTY)) == 2
+    rig.planned('a', (200, 0, 0))
+    rig.refuse(code)
+    assert rig.situations[4].forbidden(box('a'), EMPTY) is None
+    rig.bins(replace(EMPTY, revision=5))
+    rig.planned('b')
+    assert rig.situations[5].forbidden.zones == {}
+
+
+def test_a_refusal_without_goal_id_is_matched_by_box_and_revision(rig):
+    rig.start('a')
+    rig.coordinator.on_report(Report('a', 'bin-1', 1, 0, ErrorCode.NO_IK_SOLUTION))
+    rig.coordinator.on_answer(rig.goal_id, accepted=False)
+    assert rig.take() == [('plan', 2)]
+
+
+def test_a_box_that_the_executor_knows_to_be_in_a_bin_is_not_offered_again(rig):
+    rig.start('a')
+    rig.refuse(ErrorCode.DUPLICATE_BOX)
+    rig.scan()
+    assert [one.id for one in rig.situations[2].boxes] == ['b', 'c']
+
+
+def test_nothing_fits_closes_the_bin_and_waits_for_the_new_one(rig):
+    full = replace(EMPTY, revision=4)
+    rig.bins(full)
+    rig.scan()
+    rig.beat()
+    rig.outcome(Close(full))
+    assert rig.take() == [('plan', 1), ('swap', 'bin-1')]
+    rig.scan()
+    assert rig.take() == []
+    rig.coordinator.on_swapped(success=True, message='')
+    assert rig.take() == [], 'the new bin is not there yet'
+    rig.bins(Bin('bin-2', 2, SMALL))
+    assert rig.take() == [('plan', 2)]
+
+
+def test_a_bin_is_never_closed_while_a_goal_runs(rig):
+    rig.start('a')
+    rig.event('a', BoxEventKind.PICKED)
+    rig.scan(['b', 'c'])
+    rig.outcome(Close(rig.situations[2].bins[0]))
+    assert rig.take() == [('plan', 2)]
+    rig.finish()
+    assert rig.take() == [('swap', 'bin-1')]
+
+
+def test_a_refused_swap_decides_again(rig):
+    rig.bins()
+    rig.scan()
+    rig.beat()
+    rig.outcome(Close(EMPTY))
+    rig.coordinator.on_swapped(success=False, message='busy')
+    rig.take()
+    rig.scan()
+    assert rig.take() == [('plan', 2)]
+
+
+def test_a_rejected_box_is_announced_and_no_longer_offered(rig):
+    rig.bins()
+    rig.scan()
+    rig.beat()
+    decision = Decision(
+        box('a'), status=PlacementStatus.REJECT, reject_reason=Reason.OVERSIZE, reason='too large'
+    )
+    rig.outcome(Reject(decision))
+    assert rig.take() == [('plan', 1), ('announce', 'a'), ('plan', 2)]
+    assert [one.id for one in rig.situations[2].boxes] == ['b', 'c']
+
+
+def test_a_silent_executor_is_forgotten_with_its_goal_and_asked_for_its_bins(rig):
+    rig.start('a')
+    rig.now += SILENCE_S + 0.1
+    rig.scan()
+    assert rig.take() == []
+    rig.report()
+    rig.scan()
+    assert rig.take() == []
+    rig.beat()
+    assert rig.take() == [('refresh',)]
+    rig.scan()
+    assert rig.take() == [], 'the bins of before may be wrong'
+    rig.bins()
+    assert rig.take() == [('plan', 2)]
+
+
+def test_death_of_the_executor_during_planning_drops_the_decision(rig):
+    rig.bins()
+    rig.scan()
+    rig.beat()
+    rig.coordinator.on_executor_lost()
+    rig.planned('a')
+    assert rig.take() == [('plan', 1)]
+
+
+def test_an_unanswered_goal_is_given_up(rig):
+    rig.bins()
+    rig.scan()
+    rig.beat()
+    rig.planned('a')
+    rig.take()
+    rig.wait(ACCEPT_TIMEOUT_S + 0.2)
+    rig.scan()
+    assert rig.take() == [('plan', 2)]
+
+
+def test_a_refusal_without_a_report_is_given_up(rig):
+    rig.start('a')
+    rig.coordinator.on_answer(rig.goal_id, accepted=False)
+    rig.wait(REPORT_TIMEOUT_S + 0.2)
+    rig.scan()
+    assert rig.take() == [('plan', 2)]
+
+
+def test_a_goal_whose_result_got_lost_is_given_up(rig):
+    rig.start('a')
+    rig.wait(20, Mode.EXECUTING, 'a')
+    rig.scan()
+    assert rig.take() == []
+    rig.wait(FORGOTTEN_S + 0.2)
+    rig.scan()
+    assert rig.take() == [('plan', 2)]
+
+
+def test_a_bin_that_does_not_change_as_reported_does_not_stop_the_cell(rig):
+    rig.start('a')
+    rig.report()
+    rig.coordinator.on_result(rig.goal_id, None)
+    rig.wait(BINS_TIMEOUT_S - 0.2)
+    rig.scan(['b', 'c'])
+    assert rig.take() == []
+    rig.wait(0.5)
+    assert rig.take() == [('plan', 2)]
+
+
+def test_a_decision_that_failed_is_tried_again_with_the_next_input(rig):
+    rig.bins()
+    rig.scan()
+    rig.beat()
+    rig.coordinator.on_planned(1, None, 'ValueError: broken')
+    rig.take()
+    rig.scan()
+    assert rig.take() == [('plan', 2)]
+
+
+def test_waiting_is_reconsidered_with_the_next_scan(rig):
+    rig.bins()
+    rig.scan()
+    rig.beat()
+    rig.outcome(Wait('nothing'))
+    assert rig.take() == [('plan', 1)]
+    rig.scan()
+    assert rig.take() == [('plan', 2)]
+
+
+def test_a_decision_for_bins_that_changed_meanwhile_is_made_again(rig):
+    rig.bins()
+    rig.scan()
+    rig.beat()
+    rig.bins(replace(EMPTY, revision=9))
+    rig.planned('a')
+    assert rig.take() == [('plan', 1), ('plan', 2)]
