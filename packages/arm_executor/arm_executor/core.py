@@ -18,6 +18,7 @@ from arm_executor.admission import Goal, Refusal, Situation, admit
 from arm_executor.arm import Arm, MotionError
 from arm_executor.belt import BeltClock, BeltView
 from arm_executor.bins import BinBook, BookError
+from arm_executor.journal import JournalError
 from arm_executor.outputs import (
     BinClosed,
     BinsChanged,
@@ -206,7 +207,11 @@ class ExecutorCore:
             msg = f'box {placing.goal.decision.box.id!r} is being placed into bin {bin_id!r}'
             raise BookError(msg)
         poses = self._book.state.poses
-        old, new = self._book.swap(bin_id, revision)
+        try:
+            old, new = self._book.swap(bin_id, revision)
+        except JournalError as error:
+            self._fail(error)
+            raise BookError(str(error)) from error
         self._jobs.put(self._sync)
         self._emit(BinClosed(old, poses))
         self._emit(BinsChanged(self._book.state))

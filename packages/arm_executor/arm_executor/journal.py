@@ -169,14 +169,19 @@ class Journal:
 
     @contextmanager
     def transaction(self) -> Iterator[None]:
-        """All or nothing; durable when the block ends."""
-        self._db.execute('BEGIN IMMEDIATE')
+        """All or nothing; durable when the block ends. :class:`JournalError` if it cannot be."""
         try:
-            yield
-        except BaseException:
-            self._db.execute('ROLLBACK')
-            raise
-        self._db.execute('COMMIT')
+            self._db.execute('BEGIN IMMEDIATE')
+            try:
+                yield
+                self._db.execute('COMMIT')
+            except BaseException:
+                if self._db.in_transaction:
+                    self._db.execute('ROLLBACK')
+                raise
+        except sqlite3.Error as error:
+            msg = f'cannot write journal {self.path or "in memory"}: {error}'
+            raise JournalError(msg) from error
 
     def close(self) -> None:
         """Close the file and let another process use it."""

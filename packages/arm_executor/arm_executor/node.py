@@ -343,30 +343,35 @@ class ExecutorFailed(Exception):
 def main(args: list[str] | None = None) -> None:
     """Run the node until SIGINT or SIGTERM; code 2 for bad parameters or journal, 1 for no arm."""
     rclpy.init(args=args)
+    node = None
+    code = 0
     try:
         node = ArmExecutor()
-    except (ValueError, JournalError) as error:
-        rclpy.logging.get_logger('arm_executor').fatal(str(error))
-        rclpy.try_shutdown()
-        sys.exit(2)
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-    code, still = 0, True
-    try:
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
         executor.spin()
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except ExecutorFailed as error:
-        node.get_logger().fatal(str(error))
+        rclpy.logging.get_logger('arm_executor').fatal(str(error))
         code = 1
+    except Exception as error:
+        # A signal closes the context at once; what was being made or sent then fails somehow.
+        if rclpy.ok():
+            if node is not None or not isinstance(error, (ValueError, JournalError)):
+                raise
+            rclpy.logging.get_logger('arm_executor').fatal(str(error))
+            code = 2
     finally:
-        still = node.stop_motion()
-        node.destroy_node()
+        if node is not None and not node.stop_motion():
+            # A thread inside the physics engine cannot be ended, and must not run on while the
+            # interpreter is taken down around it.
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(code)
+        if node is not None:
+            node.destroy_node()
         rclpy.try_shutdown()
-    if not still:
-        # A thread inside the physics engine cannot be ended, and must not run while the
-        # interpreter is taken down around it.
-        os._exit(code)
     sys.exit(code)
 
 

@@ -8,7 +8,7 @@ import time
 import pytest
 from executor_cases import CELL, LDC, make_box, make_decision, make_goal, make_scan
 
-from arm_executor.bins import BinBook
+from arm_executor.bins import BinBook, BookError
 from arm_executor.core import ExecutorCore
 from arm_executor.journal import Journal
 from arm_executor.outcome import Tolerance
@@ -198,6 +198,29 @@ def test_an_arm_that_fails_leaves_the_box_in_doubt_until_the_restart(tmp_path, m
     again = make_bench(folder=tmp_path)
     assert again.events(BOX) == ['PICKED', 'UNKNOWN', 'RETURNED']
     assert again.place(BOX).code is ErrorCode.NONE
+
+
+def test_a_journal_that_cannot_be_written_stops_the_arm(make_bench):
+    class Breaking(TimedArm):
+        def plan(self, request):
+            bench.journal._db.execute('PRAGMA query_only = ON')
+            return super().plan(request)
+
+    bench = make_bench(arm=Breaking(speed=0.0))
+    report = bench.place(BOX)
+    assert report.code is ErrorCode.UNKNOWN
+    assert 'cannot write journal' in report.message
+    assert (bench.events(BOX), bench.arm.holds()) == ([], None)
+    assert bench.core.status().mode is Mode.FAULT
+
+
+def test_a_swap_that_cannot_be_written_is_refused(make_bench):
+    bench = make_bench()
+    bench.journal._db.execute('PRAGMA query_only = ON')
+    with pytest.raises(BookError, match='cannot write journal'):
+        bench.core.swap('LDC-1', 0)
+    assert bench.core.status().mode is Mode.FAULT
+    assert [one.id for one in bench.book.state.bins] == ['LDC-1', 'LDC-2']
 
 
 def test_a_box_that_cannot_be_returned_needs_a_person(make_bench):

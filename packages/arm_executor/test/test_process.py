@@ -74,7 +74,7 @@ def test_a_kill_in_transfer_leaves_bins_as_done_and_returns_the_box(launch, benc
 
 def test_a_kill_after_the_release_leaves_the_box_in_the_bin(launch, bench):
     box = make_box()
-    process = launch(speed=1.0)
+    process = launch(speed=2.0)
     bench.ready()
     bench.show(box, presented=box.id)
     bench.send(bench.goal_msg(make_decision(box), deadline_in_s=100.0))
@@ -96,6 +96,14 @@ def test_a_signal_ends_it_with_code_0_even_in_motion(launch, bench, number):
     code, seconds = process.end(number)
     assert (code, seconds < 3.0) == (0, True), process.text()
     assert 'Traceback' not in process.text()
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_right_after_the_start_ends_it_with_code_0(launch, bench, number):
+    process = launch()
+    bench.wait(lambda: bench.of('executor_state'), 'heartbeat')
+    code, seconds = process.end(number)
+    assert (code, seconds < 3.0) == (0, True), process.text()
 
 
 @pytest.mark.parametrize(
