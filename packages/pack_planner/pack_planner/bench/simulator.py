@@ -1,0 +1,174 @@
+"""Pack one collection by the paper's closed-bin protocol (Ojha et al., sections II and III-A).
+
+The look-ahead holds the next boxes of the stream and is refilled after each placement. When
+nothing of it fits, the fullest open bin is closed and an empty one, the youngest, takes its place.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from functools import lru_cache
+
+from pack_msgs_py.metrics import fill_metrics
+from pack_msgs_py.profiles import Profile
+from pack_msgs_py.validator import with_box
+from pack_msgs_py.values import Bin, BinSpec, Box
+from pack_planner.algorithms import Choice, Problem, find_algorithm
+from pack_planner.bench.streams import collection
+from pack_planner.bench.values import Case, JsonObject, Packed, Settings
+from pack_planner.engine import Engine, Weights
+
+
+def pack_collection(case: Case, settings: Settings, number: int) -> Packed:
+    """Pack collection ``number`` of ``case``.
+
+    Raises
+    ------
+    EngineMismatch
+        A placement breaks a packing rule; every one is held against the slow rules.
+    """
+    run = _Run(case, settings, collection(case, settings, number), number)
+    _warm_up(case.algorithm, run.engine)
+    while run.advance():
+        pass
+    return run.result()
+
+
+@lru_cache(maxsize=8)
+def _engine(profile: Profile, weights: Weights) -> Engine:
+    """One engine per process, since compiled code takes a moment to load."""
+    return Engine(profile, weights)
+
+
+@lru_cache(maxsize=64)
+def _warm_up(algorithm: str, engine: Engine) -> None:
+    """Compile or load what the algorithm uses, outside of measured decisions."""
+    boxes = tuple(Box(f'warm-up {i}', (200.0, 100.0, 80.0)) for i in range(3))
+    target = Bin('warm-up', 1, BinSpec('warm-up', (400, 300, 300)))
+    for box in boxes:
+        choice = find_algorithm(algorithm)(Problem(engine, (box,), (engine.model(target),)))
+        if choice is not None:
+            target = with_box(target, choice.candidate.placed)
+    find_algorithm(algorithm)(Problem(engine, boxes, (engine.model(target),)))
+
+
+class _Run:
+    """Bins, look-ahead and plan of one collection while it is packed."""
+
+    def __init__(self, case: Case, settings: Settings, boxes: tuple[Box, ...], number: int) -> None:
+        self.engine = _engine(settings.profile, settings.weights)
+        self._algorithm = find_algorithm(case.algorithm)
+        self._case, self._settings, self._number = case, settings, number
+        self._total = len(boxes)
+        self._stream = deque(boxes)
+        self._look_ahead: list[Box] = []
+        self._opened = 0
+        self._open: list[Bin] = []
+        self._closed: list[Bin] = []
+        self._events: list[JsonObject] = []
+        self._unplaced: list[JsonObject] = []
+        self._gaps: list[float] = []
+        for _ in range(settings.open_bins):
+            self._open_bin()
+
+    def advance(self) -> bool:
+        """Place one box or close one bin; False when all boxes are dealt with."""
+        self._refill()
+        if not self._look_ahead:
+            return False
+        started = time.perf_counter()
+        problem = Problem(
+            engine=self.engine,
+            boxes=tuple(self._look_ahead),
+            bins=tuple(self.engine.model(one) for one in self._open),
+            budget_s=self._settings.budget_s,
+        )
+        choice = self._algorithm(problem)
+        seconds = time.perf_counter() - started
+        if choice is not None:
+            self._place(choice, seconds)
+        elif any(one.boxes for one in self._open):
+            self._close(seconds)
+        else:
+            box = self._look_ahead.pop(0)
+            self._leave_out(box, f'{self._case.algorithm} finds no place in an empty bin')
+        return True
+
+    def result(self) -> Packed:
+        """What came of the collection so far."""
+        return Packed(
+            boxes=self._total,
+            events=tuple(self._events),
+            unplaced=tuple(self._unplaced),
+            fills=fill_metrics(self._closed, self._open),
+            closed_bins=len(self._closed),
+            gaps=tuple(self._gaps),
+        )
+
+    def _refill(self) -> None:
+        while self._stream and len(self._look_ahead) < self._case.look_ahead:
+            box = self._stream.popleft()
+            reason = self._fits_nowhere(box)
+            if reason:
+                self._leave_out(box, reason)
+            else:
+                self._look_ahead.append(box)
+
+    def _fits_nowhere(self, box: Box) -> str:
+        spec = self._case.bin_spec
+        if not self.engine.fits_empty_bin(box, spec):
+            size = 'x'.join(f'{edge:g}' for edge in box.size_mm)
+            rule = self._settings.profile.orientations
+            return f'{size} mm fits no empty {spec.name} bin, orientations {rule!r}'
+        return self.engine.overweight(box)
+
+    def _leave_out(self, box: Box, reason: str) -> None:
+        self._unplaced.append({'collection': self._number, 'id': box.id, 'reason': reason})
+
+    def _open_bin(self) -> None:
+        self._opened += 1
+        name = f'{self._number}-{self._opened}'
+        self._open.append(Bin(name, self._opened, self._case.bin_spec))
+
+    def _place(self, choice: Choice, seconds: float) -> None:
+        candidate = choice.candidate
+        placed, target = candidate.placed, self._open[candidate.bin_index]
+        self.engine.check(candidate, target)
+        self._open[candidate.bin_index] = with_box(target, placed)
+        self._look_ahead.remove(placed.box)
+        gap = getattr(choice, 'gap', None)
+        if gap is not None:
+            self._gaps.append(float(gap))
+        self._events.append({
+            **self._event('place', target),
+            'box': {'id': placed.box.id, 'size_mm': list(placed.box.size_mm)},
+            'position_mm': list(placed.corner_mm),
+            'placed_size_mm': list(placed.size_mm),
+            'orientation': placed.orientation,
+            'objective': round(candidate.objective, 6),
+            'status': choice.status.name.lower(),
+            'seconds': seconds,
+        })  # fmt: skip
+
+    def _close(self, seconds: float) -> None:
+        fullest = max(
+            (one for one in self._open if one.boxes), key=lambda one: (one.fill_rate, -one.serial)
+        )
+        self._open.remove(fullest)
+        self._closed.append(fullest)
+        self._events.append({
+            **self._event('close', fullest),
+            'box': None,
+            'fill': round(100.0 * fullest.fill_rate, 6),
+            'seconds': seconds,
+        })  # fmt: skip
+        self._open_bin()
+
+    def _event(self, kind: str, target: Bin) -> JsonObject:
+        return {
+            'collection': self._number,
+            'step': len(self._events) + 1,
+            'event': kind,
+            'bin_serial': target.serial,
+        }
