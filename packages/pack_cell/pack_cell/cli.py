@@ -1,4 +1,4 @@
-"""The command line: ``cell demo``, ``cell run``."""
+"""The command line: ``cell demo``, ``cell run``, ``cell bench``."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Sequence
 
+from pack_cell.bench_options import add_bench
 from pack_cell.options import OneLineParser, RunOptions, add_run_options, run_options
 from pack_cell.run import EXIT_USAGE, run
 
@@ -37,6 +38,7 @@ def build_parser() -> argparse.ArgumentParser:
         'or file; 3: a node died; 4: the run stalled.',
     )
     add_run_options(runner, tuple(ALGORITHMS))
+    add_bench(verbs)
     return parser
 
 
@@ -61,6 +63,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parsed = parser.parse_args(given)
     if parsed.verb == 'demo':
         parsed = parser.parse_args(_demo_arguments(parsed))
+    if parsed.verb == 'bench':
+        from pack_cell.bench_command import run_bench
+
+        return run_bench(parsed, given)
     options = run_options(parsed)
     try:
         check_boxes(options)

@@ -1,0 +1,255 @@
+"""Options of ``cell bench``: names, defaults, ranges and texts, and what they ask for."""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import math
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pack_msgs_py.orientation import ORIENTATION_RULES
+from pack_msgs_py.profiles import PROFILES, find_profile
+from pack_msgs_py.values import BinSpec, parse_bin
+
+if TYPE_CHECKING:
+    from pack_planner.bench.values import Case, Settings, Source
+
+MAX_LOOK_AHEAD = 6
+
+_EXAMPLES = """examples:
+  cell bench --algorithms first_fit,mpack_lite --bins SYN --look-ahead 1-5 --html report.html
+  cell bench --boxes my_boxes.csv --bins LDC,PAL --plan plans.jsonl
+  cell bench --paper --jobs 4 --json paper.json
+"""
+
+
+def add_bench(verbs: Any) -> None:  # noqa: ANN401 - argparse names no type for it
+    """Add the verb ``bench`` to the sub-parsers ``verbs``."""
+    parser = verbs.add_parser(
+        'bench',
+        help='compare the packing algorithms without robot or ROS',
+        description='Pack collections of boxes with several algorithms and compare fill and '
+        'planning time. Exit code 0: done; 2: wrong option or file; 130: interrupted.',
+        epilog=_EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    _add_questions(parser)
+    _add_answers(parser)
+
+
+def _add_questions(parser: argparse.ArgumentParser) -> None:
+    what = parser.add_argument_group('what to compare (lists: commas or spaces)')
+    what.add_argument(
+        '--algorithms', nargs='+', metavar='NAME',
+        help="names, or 'all' (default first_fit o_first_fit mpack_lite)",
+    )  # fmt: skip
+    what.add_argument(
+        '--bins', nargs='+', metavar='KIND',
+        help='LDC RC PAL EQ SYN or LxBxH in centimetres (default SYN)',
+    )  # fmt: skip
+    what.add_argument(
+        '--look-ahead', nargs='+', metavar='N', help='1 to 6, or a range such as 1-5 (default 5)'
+    )
+    what.add_argument(
+        '--paper', action='store_true',
+        help="the paper's protocol: its algorithms, bins, look-aheads 1-5, 30 SYN and 25 other "
+        'collections, all six orientations, three open bins; prints its Table I with ours beside',
+    )  # fmt: skip
+    boxes = parser.add_argument_group('boxes')
+    boxes.add_argument(
+        '--boxes', type=Path, metavar='FILE',
+        help='box file (CSV or BED-BPP JSON), packed in its order; with --collections boxes are '
+        'drawn from it until four bins are filled. Default: SYN is cut from ten bins, other '
+        'bins get boxes drawn from the built-in cartons',
+    )  # fmt: skip
+    boxes.add_argument(
+        '--shuffle', type=_whole(0, 2**31 - 1), metavar='SEED',
+        help='pack all boxes of the file in an order shuffled with this seed, one order for '
+        'each of --collections',
+    )  # fmt: skip
+    boxes.add_argument(
+        '--collections', type=_whole(1, 100_000), metavar='N',
+        help='collections per bin (default 30 for SYN, 25 for others, 1 for --boxes)',
+    )  # fmt: skip
+    boxes.add_argument(
+        '--boxes-per-bin', type=_whole(2, 100), default=23, metavar='N',
+        help='boxes into which a SYN bin is cut (default 23)',
+    )  # fmt: skip
+    boxes.add_argument(
+        '--seed', type=_whole(0, 2**31 - 1), default=1, metavar='N', help='default 1'
+    )
+    rules = parser.add_argument_group('rules')
+    rules.add_argument(
+        '--profile', choices=tuple(PROFILES), default='paper', help='packing rules (default paper)'
+    )
+    rules.add_argument(
+        '--orientations', choices=tuple(ORIENTATION_RULES),
+        help="orientation rule instead of the profile's own",
+    )  # fmt: skip
+    rules.add_argument(
+        '--open-bins', type=_whole(1, 3), default=3, metavar='N', help='1 to 3 (default 3)'
+    )
+    rules.add_argument(
+        '--budget', type=_seconds, default=5.0, metavar='S',
+        help='seconds a decision may take (default 5); a search that a budget of time cuts short '
+        'may end elsewhere in the next run',
+    )  # fmt: skip
+
+
+def _add_answers(parser: argparse.ArgumentParser) -> None:
+    where = parser.add_argument_group('where to run')
+    where.add_argument(
+        '--jobs', type=_whole(1, 1024), default=1, metavar='N',
+        help='processes (default 1, which measures times best)',
+    )  # fmt: skip
+    where.add_argument(
+        '--cluster', default='', metavar='tcp://HOST:PORT',
+        help='a running Dask scheduler instead; needs dask and distributed',
+    )  # fmt: skip
+    output = parser.add_argument_group('output')
+    output.add_argument(
+        '--json', type=Path, metavar='OUT',
+        help='records; if the file exists, what is finished in it is kept and not run again',
+    )  # fmt: skip
+    output.add_argument(
+        '--plan', type=Path, metavar='PLANS.jsonl', help='every placement and closed bin, a line'
+    )
+    output.add_argument('--html', type=Path, metavar='REPORT.html', help='one page with all of it')
+    output.add_argument(
+        '--figure', type=Path, metavar='FILE', help='the figure alone: .svg, .png or .pdf'
+    )
+    output.add_argument('--markdown', action='store_true', help='print tables in Markdown instead')
+
+
+def settings_of(arguments: argparse.Namespace) -> Settings:
+    """What holds for all cases; ``ValueError`` says what is wrong."""
+    from pack_planner.bench import paper
+    from pack_planner.bench.values import Settings
+
+    orientations = arguments.orientations or (paper.ORIENTATIONS if arguments.paper else None)
+    profile = find_profile(arguments.profile)
+    if orientations:
+        profile = replace(profile, orientations=orientations)
+    return Settings(
+        profile=profile,
+        open_bins=arguments.open_bins,
+        boxes_per_bin=arguments.boxes_per_bin,
+        seed=arguments.seed,
+        budget_s=arguments.budget,
+    )
+
+
+def cases_of(arguments: argparse.Namespace) -> list[Case]:
+    """Bins outermost, then look-aheads, then algorithms; ``ValueError`` says what is wrong."""
+    from pack_planner.algorithms import ALGORITHMS, find_algorithm
+    from pack_planner.bench import paper
+    from pack_planner.bench.values import Case
+
+    known = tuple(ALGORITHMS)
+    of_paper = [name for name in paper.NAMES if name in known]
+    algorithms = _items(
+        arguments.algorithms,
+        of_paper if arguments.paper else ['first_fit', 'o_first_fit', 'mpack_lite'],
+    )
+    if algorithms == ['all']:
+        algorithms = list(known)
+    for name in algorithms:
+        find_algorithm(name)
+    bins = [parse_bin(text) for text in _items(
+        arguments.bins, list(paper.BINS) if arguments.paper else ['SYN'])]  # fmt: skip
+    looks = _look_aheads(_items(arguments.look_ahead, ['1-5'] if arguments.paper else ['5']))
+    if arguments.shuffle is not None and arguments.boxes is None:
+        msg = '--shuffle needs --boxes; cut and drawn collections are random anyway, see --seed'
+        raise ValueError(msg)
+    cases: list[Case] = []
+    for spec in bins:
+        source = _source(arguments, spec)
+        standard = 1 if source.in_order else paper.collections_of(spec.name)
+        count = arguments.collections or standard
+        for look_ahead in looks:
+            if source.in_order and look_ahead > len(source.boxes):
+                note = f'look-ahead {look_ahead} sees all {len(source.boxes)} boxes of the stream'
+                print(f'cell bench: note: {note}', file=sys.stderr)
+            cases += [Case(name, spec, look_ahead, count, source) for name in algorithms]
+    return cases
+
+
+def _source(arguments: argparse.Namespace, spec: BinSpec) -> Source:
+    from pack_planner.bench.values import Source
+
+    if arguments.boxes is None and spec.name == 'SYN':
+        return Source('SYN, cut from ten bins')
+    from conveyor_sim.streams import load_boxes
+
+    boxes, rejected = load_boxes('' if arguments.boxes is None else arguments.boxes)
+    for one in rejected:
+        print(f'cell bench: left out: {one.text}', file=sys.stderr)
+    if not boxes:
+        msg = f'box file {arguments.boxes} holds no usable box'
+        raise ValueError(msg)
+    digest = hashlib.sha256(repr(boxes).encode()).hexdigest()[:12]
+    in_order = arguments.boxes is not None and (
+        arguments.collections is None or arguments.shuffle is not None
+    )
+    name = 'built-in cartons' if arguments.boxes is None else arguments.boxes.name
+    if not in_order:
+        name += ', drawn with replacement'
+    elif arguments.shuffle is not None:
+        name += f', shuffled with seed {arguments.shuffle}'
+    else:
+        name += ', in its order'
+    return Source(name, tuple(boxes), in_order, arguments.shuffle, digest)
+
+
+def _items(given: Sequence[str] | None, default: list[str]) -> list[str]:
+    """A list written with spaces, commas or both, each item once."""
+    if given is None:
+        return default
+    found = [item for text in given for item in text.split(',') if item]
+    return list(dict.fromkeys(found))
+
+
+def _look_aheads(items: Sequence[str]) -> list[int]:
+    found: list[int] = []
+    for item in items:
+        low, dash, high = item.partition('-')
+        if not low.isdecimal() or (dash and not high.isdecimal()):
+            msg = f'look-ahead {item!r} is neither a whole number nor a range such as 1-5'
+            raise ValueError(msg)
+        numbers = range(int(low), int(high or low) + 1)
+        if not numbers or not 1 <= int(low) <= int(high or low) <= MAX_LOOK_AHEAD:
+            msg = f'look-ahead {item} is out of range: it must be 1 to {MAX_LOOK_AHEAD}'
+            raise ValueError(msg)
+        found += numbers
+    return list(dict.fromkeys(found))
+
+
+def _whole(low: int, high: int) -> Callable[[str], int]:
+    def parse(text: str) -> int:
+        try:
+            value = int(text)
+        except ValueError:
+            msg = f'{text!r} is not a whole number'
+            raise argparse.ArgumentTypeError(msg) from None
+        if not low <= value <= high:
+            msg = f'{text} is out of range: it must be {low} to {high}'
+            raise argparse.ArgumentTypeError(msg)
+        return value
+
+    return parse
+
+
+def _seconds(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        msg = f'{text!r} is not a number of seconds'
+        raise argparse.ArgumentTypeError(msg) from None
+    if not math.isfinite(value) or not 0 < value <= 86_400:
+        msg = f'{text} is out of range: it must be above 0 and at most 86400 s'
+        raise argparse.ArgumentTypeError(msg)
+    return value
