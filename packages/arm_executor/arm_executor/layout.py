@@ -209,9 +209,7 @@ def rail_block(layout: Layout) -> Block:
     """The rail on the floor."""
     rail = layout.rail
     reach = rail.pedestal_radius + 0.05
-    return Block(
-        'rail', (rail.x_min - reach, -0.12, 0.0), (rail.x_max + reach, 0.12, 0.10)
-    )
+    return Block('rail', (rail.x_min - reach, -0.12, 0.0), (rail.x_max + reach, 0.12, 0.10))
 
 
 def _pedestal_sweep(layout: Layout) -> Block:

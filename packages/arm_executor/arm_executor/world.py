@@ -123,9 +123,8 @@ class PhysicsWorld:
         """Add ``box`` with its true size, mass and centre of mass at ``pose``."""
         size = _metres(box.size_mm)
         offset = _metres(box.com_offset_mm)
-        number = bullet.add_box(
-            self.client, size, pose, box.weight_kg, offset, _CARTONS[zlib.crc32(box.id.encode()) % 6]
-        )
+        shade = _CARTONS[zlib.crc32(box.id.encode()) % len(_CARTONS)]
+        number = bullet.add_box(self.client, size, pose, box.weight_kg, offset, shade)
         pybullet.changeDynamics(
             number,
             -1,
@@ -147,9 +146,7 @@ class PhysicsWorld:
         """Put a box elsewhere, at rest."""
         body = self.boxes[box_id]
         bullet.move_box(self.client, body.number, pose, body.com_offset)
-        pybullet.resetBaseVelocity(
-            body.number, (0, 0, 0), (0, 0, 0), physicsClientId=self.client
-        )
+        pybullet.resetBaseVelocity(body.number, (0, 0, 0), (0, 0, 0), physicsClientId=self.client)
 
     def pose(self, box_id: str) -> Pose:
         """Pose of a box's geometric centre."""
@@ -181,7 +178,7 @@ class PhysicsWorld:
 
     def _rests(self, number: int) -> bool:
         speed, turn = pybullet.getBaseVelocity(number, physicsClientId=self.client)
-        return max(map(abs, speed)) < _REST_SPEED and max(map(abs, turn)) < _REST_TURN
+        return bool(max(map(abs, speed)) < _REST_SPEED and max(map(abs, turn)) < _REST_TURN)
 
     def drive(self, q: Array, qd: Array) -> None:
         """Set what the joints steer for: positions and speeds (7,), within their real torques."""

@@ -121,8 +121,10 @@ class PlanningWorld:
         return None
 
     def _hit_at(self, q: Array) -> str | None:
-        for joint, value in zip(self._joints, q.tolist(), strict=True):
-            pybullet.resetJointState(self._robot, joint, value, physicsClientId=self._client)
+        # One call for all joints: each call of the single one updates every link.
+        pybullet.resetJointStatesMultiDof(
+            self._robot, self._joints, [[value] for value in q], physicsClientId=self._client
+        )
         pybullet.performCollisionDetection(physicsClientId=self._client)
         for contact in pybullet.getContactPoints(bodyA=self._robot, physicsClientId=self._client):
             _, _, other, link, other_link, *_ = contact

@@ -40,7 +40,7 @@ class JointPath:
     yaw: Array
 
 
-def waypoint(rail: float, xyz: Sequence[float], yaw: float, near: float) -> Waypoint:
+def waypoint(rail: float, xyz: Sequence[float] | Array, yaw: float, near: float) -> Waypoint:
     """Waypoint with the pad at ``xyz``; theta is the equivalent angle nearest to ``near``."""
     x, y, z = xyz
     theta = math.atan2(y, x - rail)
@@ -108,7 +108,7 @@ def joint_path(kinematics: CellKinematics, samples: Array, branch: int) -> Joint
     """
     tcp, yaw = positions(samples), samples[:, 4]
     # The yaw only turns the last joint, the other way round.
-    q = kinematics.tool_down(samples[:, 0], tcp, np.zeros(len(tcp)))[:, branch]
+    q = kinematics.tool_down(samples[:, 0], tcp, np.zeros(len(tcp)), (branch,))[:, branch]
     if np.isnan(q).any() or np.abs(q[:, 3]).min() < _ELBOW_MARGIN:
         return None
     q[:, 1:] = np.unwrap(q[:, 1:], axis=0)

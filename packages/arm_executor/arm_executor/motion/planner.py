@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 import math
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -27,6 +27,7 @@ from arm_executor.motion.path import (
     waypoint,
     within_limits,
 )
+from arm_executor.motion.stances import GRIP_S, RELEASE_S, find_stances
 from arm_executor.motion.template import (
     Site,
     Stance,
@@ -42,23 +43,16 @@ from arm_executor.robot.kinematics import BRANCHES, CellKinematics
 from arm_executor.robot.parameters import ArmModel
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode
-from pack_msgs_py.values import Vec3
 
 Array = NDArray[np.float64]
 
-#: Robot seconds to build up the vacuum, and to lose it; assumed.
-GRIP_S = RELEASE_S = 0.25
 #: Spacing of path samples, and of the check of the timed trajectory; metres and seconds.
 PATH_STEP, CHECK_PERIOD = 0.015, 0.018
 #: Corners are rounded within this distance; the second where the first collides; metres.
 _CORNERS = (0.15, 0.06)
-#: Where the arm stands on the rail, relative to the target; metres.
-_RAIL_OFFSETS = (0.0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1.0, -1.0, 1.25, -1.25)
-#: Elbow above the shoulder, in either posture of shoulder and wrist.
-_ELBOW_UP = tuple(i for i, (shoulder, _, elbow) in enumerate(BRANCHES) if shoulder == elbow)
-#: A path overlaps its legs: it takes about this share of their sum.
-_OVERLAP = 0.75
-_MAX_TRIED, _MAX_TIMED, _BUDGET_S = 10, 2, 0.35
+_MAX_TRIED, _MAX_TIMED, _BUDGET_S = 10, 4, 0.35
+#: A motion this quick is taken as it comes; a slower one is compared with one more; seconds.
+_QUICK_S = 4.5
 
 
 @dataclass(frozen=True)
@@ -134,11 +128,11 @@ class MotionPlanner:
             ``LIMITS_EXCEEDED``, ``NO_IK_SOLUTION``, ``PATH_IN_COLLISION`` or
             ``START_STATE_INVALID``, with what was in the way.
         """
-        begun = time.perf_counter()
+        begun = time.thread_time()
         self._check_load(request)
         task = make_task(request, site, self._layout)
         start = self._start(q)
-        stances = self._stances(task, start)
+        stances = find_stances(self.kinematics, self.timing, task, start.q, start.branch)
         if not stances:
             x, y, z = request.target.position
             msg = (
@@ -190,7 +184,7 @@ class MotionPlanner:
         hit, timed = '', 0
         able: list[Stance] = []
         for stance, corner in self._tries(task, stances, able):
-            late = time.perf_counter() - begun > _BUDGET_S
+            late = time.thread_time() - begun > _BUDGET_S
             if late or timed >= _MAX_TIMED or (best and best.duration < stance.estimate):
                 break
             paths = self._paths(task, stance, start, corner)
@@ -203,12 +197,16 @@ class MotionPlanner:
                 motion = self._timed(task, paths, load)
                 if isinstance(motion, str):
                     found = motion
-                elif best is None or motion.duration < best.duration:
+                elif best is not None:
+                    return min(best, motion, key=lambda one: one.duration)
+                elif motion.duration < _QUICK_S:
+                    return motion
+                else:
                     best = motion
             hit = hit or found or ''
         if best is None:
             hit = hit or self._why_unable(task, stances)
-            seconds = time.perf_counter() - begun
+            seconds = time.thread_time() - begun
             msg = f'box {request.box.id}: no free path found in {seconds:.2f} s; {hit} would touch'
             raise MotionError(ErrorCode.PATH_IN_COLLISION, msg)
         return best
@@ -223,7 +221,8 @@ class MotionPlanner:
             if self._ends_hit(task, stance) is None:
                 able.append(stance)
                 yield stance, _CORNERS[0]
-        around = (0.0, 2 * math.pi, -2 * math.pi)
+        behind = task.pick[1] * task.place[1] < 0
+        around = (0.0, 2 * math.pi, -2 * math.pi) if behind else (0.0,)
         for turn, swing, corner in itertools.product(around, task.swings, _CORNERS):
             for stance in able[:3]:
                 if (turn, swing, corner) != (0.0, stance.swing, _CORNERS[0]):
@@ -235,7 +234,8 @@ class MotionPlanner:
             (stance.place_rail, task.place, task.pick_yaw + task.turn),
             (stance.pick_rail, task.pick, task.pick_yaw),
         ):
-            q = self.kinematics.tool_down([rail], [point], [0.0])[:, stance.branch]
+            branch = stance.branch
+            q = self.kinematics.tool_down([rail], [point], [0.0], (branch,))[:, branch]
             hit = self._world.first_hit(JointPath(q, np.array([point]), np.array([yaw])), 0.0)
             if hit is not None:
                 return hit
@@ -244,63 +244,6 @@ class MotionPlanner:
     def _why_unable(self, task: Task, stances: list[Stance]) -> str:
         hits = (self._ends_hit(task, stance) for stance in stances)
         return next((hit for hit in hits if hit is not None), 'a joint limit')
-
-    def _stances(self, task: Task, start: _Start) -> list[Stance]:
-        """Every stance that reaches pick and place, the quickest by estimate first."""
-        rail = self._layout.rail
-        options = set()
-        for offset in _RAIL_OFFSETS:
-            place_rail = _clip(task.place[0] + offset, rail.x_min, rail.x_max)
-            near = task.pick[0] + _clip(place_rail - task.pick[0], -0.5, 0.5)
-            for pick_rail in (float(start.q[0]), near, _clip(place_rail, -1.0, 1.0)):
-                options.add((round(pick_rail, 6), round(place_rail, 6)))
-        swing = task.swings[0]
-        lifted, over = (*task.pick[:2], swing), (*task.place[:2], swing)
-        rows = [
-            (where, point)
-            for pick_rail, place_rail in sorted(options)
-            for where, point in (
-                (pick_rail, task.pick),
-                (pick_rail, lifted),
-                (place_rail, over),
-                (place_rail, task.place),
-                (pick_rail, task.hover),
-            )
-        ]
-        rails, points = np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
-        q = self.kinematics.tool_down(rails, points, np.zeros(len(rows)))
-        legs = q.reshape(len(options), 5, 8, 7).swapaxes(1, 2)
-        pick, lift, above, place, hover = (legs[:, :, k] for k in range(5))
-        estimate = GRIP_S + RELEASE_S + _OVERLAP * (
-            self._least(start.q, pick)
-            + self._least(pick, lift)
-            + self._least(lift, above)
-            + 2 * self._least(above, place)
-            + self._least(above, hover)
-        )
-        # Another posture is taken above the pick point, in a motion of its own.
-        estimate += np.where(
-            np.arange(8) == start.branch, 0.0, (1 - _OVERLAP) * self._least(start.q, hover)
-        )
-        found = [
-            Stance(float(estimate[row, branch]), branch, pick_rail, place_rail, swing)
-            for row, (pick_rail, place_rail) in enumerate(sorted(options))
-            for branch in _ELBOW_UP
-            if np.isfinite(estimate[row, branch])
-        ]
-        return sorted(found, key=lambda one: one.estimate)
-
-    def _least(self, one: Array, other: Array) -> Array:
-        """Least seconds between configurations (..., 7) at rest, without the last joint."""
-        way = np.abs(other - one)[..., :6]
-        way[..., 1:] = np.minimum(way[..., 1:], np.abs(2 * math.pi - way[..., 1:]))
-        speed, acceleration = self.timing.max_speed[:6], self.timing.max_acceleration[:6]
-        ramp = speed * speed / acceleration
-        seconds = np.where(
-            way > ramp, way / speed + speed / acceleration, 2 * np.sqrt(way / acceleration)
-        )
-        most: Array = seconds.max(axis=-1)
-        return most
 
     def _paths(self, task: Task, stance: Stance, start: _Start, corner: float) -> _Paths | str:
         """Joint paths of a stance, or what a joint cannot do."""
@@ -355,7 +298,8 @@ class MotionPlanner:
             ([paths.retreat], 'the box in place', task.place, turned),
         ):
             centre = (top[0], top[1], top[2] - task.size[2] / 2 - BOX_SKIN)
-            world.set_box(name, task.size, Pose(centre, (0, 0, math.sin(yaw / 2), math.cos(yaw / 2))))
+            turn = (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+            world.set_box(name, task.size, Pose(centre, turn))
             hits = [hit for hit in map(world.first_hit, group) if hit is not None]
             world.remove(name)
             if hits:
@@ -398,7 +342,3 @@ def reversed_path(path: JointPath, q: Array) -> Array:
     nearest_sample = int(np.abs(path.q - q).sum(axis=1).argmin())
     back = path.q[max(nearest_sample - 1, 0) :: -1]
     return np.vstack([q, back]) if np.abs(back[0] - q).max() > 1e-6 else back
-
-
-def _clip(value: float, low: float, high: float) -> float:
-    return float(min(max(value, low), high))

@@ -143,7 +143,7 @@ def make_task(request: PlaceRequest, site: Site, layout: Layout) -> Task:
         symmetric=request.box.com_offset_mm[:2] == (0.0, 0.0),
         hover=hover_point(layout, tops),
         swings=tuple(sorted({one + CLEAR + size[2] for one in (low, high, high + 0.25)})),
-        rise=max(rise, place[2]) + CLEAR,
+        rise=max(rise, place[2], over_belt) + CLEAR,
         front_y=front_y,
         entry=max(corridor, bottom) + CLEAR + size[2],
     )
@@ -165,8 +165,8 @@ def _heights_at(
             corridor = max(corridor, one.high[2])
     if under > base + _HIGHEST:
         msg = (
-            f'box {name}: {what} reaches {1000 * (under - base):.0f} mm above where the base of the '
-            'box is to be'
+            f'box {name}: {what} reaches {1000 * (under - base):.0f} mm above where the base of '
+            'the box is to be'
         )
         raise MotionError(ErrorCode.PATH_IN_COLLISION, msg)
     return under, corridor
@@ -279,8 +279,8 @@ def _upright_yaw(pose: Pose, box_id: str, what: str) -> float:
     x, y, z, w = pose.quaternion
     if math.hypot(x, y) > 0.01:
         msg = (
-            f'box {box_id}: the {what} quaternion ({x:.3f}, {y:.3f}, {z:.3f}, {w:.3f}) tips the box '
-            'over; this arm picks from above only, so a box can only turn about the vertical'
+            f'box {box_id}: the {what} quaternion ({x:.3f}, {y:.3f}, {z:.3f}, {w:.3f}) tips the '
+            'box over; this arm picks from above only, so a box can only turn about the vertical'
         )
         raise MotionError(ErrorCode.NO_IK_SOLUTION, msg)
     return 2 * math.atan2(z, w)

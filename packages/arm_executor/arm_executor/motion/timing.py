@@ -28,6 +28,7 @@ Array = NDArray[np.float64]
 toppra.setup_logging('ERROR')
 logging.getLogger('toppra').setLevel(logging.ERROR)
 
+_KEPT_LOADS = 8
 _COLLOCATION = constraint.DiscretizationType.Collocation
 #: Spacing of the check of the result, seconds; a result that needs more stretching is no good.
 _PROBE, _MAX_STRETCH = 0.005, 2.0
@@ -95,9 +96,8 @@ class Timing:
 
     def __init__(self, arm: ArmModel, layout: Layout, limits: MotionLimits) -> None:
         self.limits = limits
-        self._arm_and_layout = (arm, layout)
         self._model = pinocchio.buildModelFromXML(cell_urdf(arm, layout))
-        self._loaded: OrderedDict[Load | None, pinocchio.Model] = OrderedDict()
+        self._loaded: OrderedDict[Load | None, _Loaded] = OrderedDict()
         rail = layout.rail
         acceleration = limits.joint_acceleration * np.array([1, 1, 1, 2, 2, 2])
         self.max_speed: Array = np.r_[rail.speed, arm.max_speed]
@@ -109,7 +109,59 @@ class Timing:
 
         The last sample is the end of the path, at rest.
         """
-        model = self._model_with(load)
+        steps = np.abs(np.diff(q, axis=0)).max(axis=1)
+        q = q[np.r_[True, steps > 1e-9]]
+        if len(q) < 2:
+            return None
+        # Samples are evenly spaced along a smooth curve: their index is a smooth parameter.
+        path = toppra.SplineInterpolator(np.linspace(0.0, 1.0, len(q)), q)
+        count = int(np.clip(len(q) * _GRID_SHARE, _GRID_MIN, _GRID_MAX))
+        solver = algorithm.TOPPRA(
+            self._loaded_with(load).constraints,
+            path,
+            parametrizer='ParametrizeConstAccel',
+            gridpoints=np.linspace(0.0, 1.0, count),
+        )
+        accelerations, speeds, _ = solver.compute_parameterization(0.0, 0.0)
+        if speeds is None or not np.isfinite(speeds).all():
+            return None
+        profile = _Profile.made(np.linspace(0.0, 1.0, count), speeds, accelerations)
+        if profile is None:
+            return None
+        # Between grid points the limits can be passed by a little: then all of it runs slower.
+        probe = np.linspace(0.0, profile.duration, max(2, math.ceil(profile.duration / _PROBE)))
+        _, qd, qdd = profile.along(path, probe)
+        speed = np.abs(qd / self.max_speed).max()
+        acceleration = np.abs(qdd / self.max_acceleration).max()
+        slower = float(max(1.0, speed, math.sqrt(acceleration)))
+        if slower > _MAX_STRETCH:
+            return None
+        duration = profile.duration * slower
+        samples = max(2, math.ceil(duration / period) + 1)
+        times = np.minimum(np.arange(samples) * period, duration)
+        q, qd, qdd = profile.along(path, times / slower)
+        return Trajectory(times, q, qd / slower, qdd / slower**2)
+
+    def torque(self, trajectory: Trajectory, load: Load | None) -> Array:
+        """Joint torques (n, 7) that ``trajectory`` takes, N m (N for the rail)."""
+        model = self._loaded_with(load).model
+        data = model.createData()
+        rows = zip(trajectory.q, trajectory.qd, trajectory.qdd, strict=True)
+        return np.array([pinocchio.rnea(model, data, *row) for row in rows])
+
+    def _loaded_with(self, load: Load | None) -> _Loaded:
+        if load not in self._loaded:
+            model = self._model.copy()
+            if load is not None:
+                frame = model.frames[model.getFrameId('tcp')]
+                model.inertias[frame.parentJoint] += frame.placement.act(_inertia(load))
+            self._loaded[load] = _Loaded(model, self._constraints(model, load is not None))
+            if len(self._loaded) > _KEPT_LOADS:
+                self._loaded.popitem(last=False)
+        self._loaded.move_to_end(load)
+        return self._loaded[load]
+
+    def _constraints(self, model: pinocchio.Model, carrying: bool) -> list[constraint.Constraint]:
         data = model.createData()
         frame = model.getFrameId('tcp')
 
@@ -124,16 +176,9 @@ class Timing:
             ).linear
             return result
 
-        steps = np.abs(np.diff(q, axis=0)).max(axis=1)
-        q = q[np.r_[True, steps > 1e-9]]
-        if len(q) < 2:
-            return None
-        # Samples are evenly spaced along a smooth curve: their index is a smooth parameter.
-        path = toppra.SplineInterpolator(np.linspace(0.0, 1.0, len(q)), q)
-        count = int(np.clip(len(q) * _GRID_SHARE, _GRID_MIN, _GRID_MAX))
-        most = self.limits.tool_acceleration * (self.limits.empty_tool_factor if load is None else 1)
-        directions, bounds = _tool_polytope(most)
-        constraints = [
+        factor = 1.0 if carrying else self.limits.empty_tool_factor
+        directions, bounds = _tool_polytope(self.limits.tool_acceleration * factor)
+        return [
             constraint.JointVelocityConstraint(_both_ways(self.max_speed)),
             constraint.JointAccelerationConstraint(_both_ways(self.max_acceleration)),
             constraint.JointTorqueConstraint(
@@ -147,51 +192,58 @@ class Timing:
                 discretization_scheme=_COLLOCATION,
             ),
         ]
-        solver = algorithm.TOPPRA(
-            constraints,
-            path,
-            parametrizer='ParametrizeConstAccel',
-            gridpoints=np.linspace(0.0, 1.0, count),
-        )
-        timed = solver.compute_trajectory()
-        if timed is None or not math.isfinite(timed.duration):
-            return None
-        # Between grid points the limits can be passed by a little: then all of it runs slower.
-        probe = np.linspace(0.0, timed.duration, max(2, math.ceil(timed.duration / _PROBE)))
-        speed = np.abs(timed(probe, 1) / self.max_speed).max()
-        acceleration = np.abs(timed(probe, 2) / self.max_acceleration).max()
-        slower = float(max(1.0, speed, math.sqrt(acceleration)))
-        if slower > _MAX_STRETCH:
-            return None
-        duration = timed.duration * slower
-        samples = max(2, math.ceil(duration / period) + 1)
-        times = np.minimum(np.arange(samples) * period, duration)
-        at = times / slower
-        return Trajectory(times, timed(at), timed(at, 1) / slower, timed(at, 2) / slower**2)
 
-    def torque(self, trajectory: Trajectory, load: Load | None) -> Array:
-        """Joint torques (n, 7) that ``trajectory`` takes, N m (N for the rail)."""
-        model = self._model_with(load)
-        data = model.createData()
-        rows = zip(trajectory.q, trajectory.qd, trajectory.qdd, strict=True)
-        return np.array([pinocchio.rnea(model, data, *row) for row in rows])
 
-    def _model_with(self, load: Load | None) -> pinocchio.Model:
-        if load is None:
-            return self._model
-        if load not in self._loaded:
-            model = self._model.copy()
-            frame = model.frames[model.getFrameId('tcp')]
-            x, y, z = load.size
-            box = pinocchio.Inertia.FromBox(load.mass, x, y, z)
-            # The tool's z points down: the box's centre is half its height along it.
-            lever = np.array([load.com_offset[0], -load.com_offset[1], z / 2 - load.com_offset[2]])
-            hung = pinocchio.Inertia(box.mass, lever, box.inertia)
-            model.inertias[frame.parentJoint] += frame.placement.act(hung)
-            self._loaded[load] = model
-            if len(self._loaded) > 8:
-                self._loaded.popitem(last=False)
-        return self._loaded[load]
+@dataclass(frozen=True)
+class _Loaded:
+    """The arm's dynamics with one load, and the limits that follow."""
+
+    model: pinocchio.Model
+    constraints: list[constraint.Constraint]
+
+
+def _inertia(load: Load) -> pinocchio.Inertia:
+    """Inertia of a box in the frame of the pad's face."""
+    x, y, z = load.size
+    box = pinocchio.Inertia.FromBox(load.mass, x, y, z)
+    # The tool's z points down: the box's centre is half its height along it.
+    lever = np.array([load.com_offset[0], -load.com_offset[1], z / 2 - load.com_offset[2]])
+    return pinocchio.Inertia(box.mass, lever, box.inertia)
+
+
+@dataclass(frozen=True)
+class _Profile:
+    """Motion along a path's parameter: constant acceleration between grid points."""
+
+    starts: Array
+    grid: Array
+    speeds: Array
+    accelerations: Array
+
+    @staticmethod
+    def made(grid: Array, speeds: Array, accelerations: Array) -> _Profile | None:
+        """From speeds (n,) at the ``grid`` (n,) and accelerations between; ``None`` if it halts."""
+        pace = speeds[1:] + speeds[:-1]
+        if (pace <= 1e-9).any():
+            return None
+        starts = np.r_[0.0, np.cumsum(2 * np.diff(grid) / pace)]
+        return _Profile(starts, grid, speeds, accelerations)
+
+    @property
+    def duration(self) -> float:
+        return float(self.starts[-1])
+
+    def along(self, path: toppra.SplineInterpolator, times: Array) -> tuple[Array, Array, Array]:
+        """Positions, speeds and accelerations (n, 7) of the joints at ``times`` (n,)."""
+        piece = np.clip(np.searchsorted(self.starts, times, 'right') - 1, 0, len(self.grid) - 2)
+        since = times - self.starts[piece]
+        acceleration = self.accelerations[piece]
+        speed = self.speeds[piece] + acceleration * since
+        at = self.grid[piece] + self.speeds[piece] * since + acceleration * since * since / 2
+        at = np.clip(at, 0.0, 1.0)
+        slope, bend = path(at, 1), path(at, 2)
+        qd = slope * speed[:, None]
+        return path(at), qd, slope * acceleration[:, None] + bend * (speed * speed)[:, None]
 
 
 def _both_ways(limit: Array) -> Array:

@@ -11,6 +11,7 @@ UR-5/UR-10 arms' (2013), rewritten for arrays.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,10 +55,10 @@ def forward(arm: ArmModel, q: ArrayLike) -> Array:
     return flange
 
 
-def inverse(arm: ArmModel, pose: ArrayLike) -> Array:
-    """All eight solutions for flange poses (n, 4, 4), shape (n, 8, 6); NaN where there is none.
+def inverse(arm: ArmModel, pose: ArrayLike, branches: Sequence[int] = range(8)) -> Array:
+    """Solutions for flange poses (n, 4, 4), shape (n, 8, 6); NaN where there is none.
 
-    Columns follow :data:`BRANCHES`; angles are in (-pi, pi].
+    Columns follow :data:`BRANCHES`; those not asked for are NaN. Angles are in (-pi, pi].
     """
     target = np.asarray(pose, dtype=float).reshape(-1, 4, 4)
     position, rotation = target[:, :3, 3], target[:, :3, :3]
@@ -67,7 +68,8 @@ def inverse(arm: ArmModel, pose: ArrayLike) -> Array:
     with np.errstate(invalid='ignore', divide='ignore'):
         spread = np.arccos(arm.d4 / radius)
         heading = np.arctan2(wrist[:, 1], wrist[:, 0])
-        for column, (shoulder, flip, elbow) in enumerate(BRANCHES):
+        for column in branches:
+            shoulder, flip, elbow = BRANCHES[column]
             q1 = heading + shoulder * spread + math.pi / 2
             solutions[:, column] = _one_branch(arm, position, rotation, q1, flip, elbow)
     solutions = -((math.pi - solutions) % (2 * math.pi) - math.pi)
@@ -125,7 +127,13 @@ class CellKinematics:
         pose[:, 2, 3] += self.layout.rail.base_height
         return pose
 
-    def tool_down(self, rail: ArrayLike, xyz: ArrayLike, yaw: ArrayLike) -> Array:
+    def tool_down(
+        self,
+        rail: ArrayLike,
+        xyz: ArrayLike,
+        yaw: ArrayLike,
+        branches: Sequence[int] = range(8),
+    ) -> Array:
         """Configurations (n, 8, 7) with the pad at ``xyz`` (n, 3) facing down, turned by ``yaw``.
 
         ``rail`` (n,) is where the arm stands. The pad's axes are the `cell` axes turned about z by
@@ -144,5 +152,5 @@ class CellKinematics:
         pose[:, 2, 3] += self.layout.tool.length - self.layout.rail.base_height
         config = np.empty((len(point), 8, 7))
         config[:, :, 0] = x[:, None]
-        config[:, :, 1:] = inverse(self.arm, pose)
+        config[:, :, 1:] = inverse(self.arm, pose, branches)
         return config

@@ -18,7 +18,8 @@ RAIL_JOINT = 'rail_joint'
 CELL_JOINT_NAMES = (RAIL_JOINT, *JOINT_NAMES)
 LINKS = ('base_link', 'shoulder', 'upper_arm', 'forearm', 'wrist_1', 'wrist_2', 'wrist_3')
 
-_GREY, _BLUE, _BLACK, _STEEL = '0.78 0.80 0.82 1', '0.25 0.52 0.80 1', '0.1 0.1 0.1 1', '.4 .42 .45 1'
+_GREY, _BLUE = '0.78 0.80 0.82 1', '0.25 0.52 0.80 1'
+_BLACK, _STEEL = '0.1 0.1 0.1 1', '0.40 0.42 0.45 1'
 _COLOURS = {
     'base_link': _GREY,
     'shoulder': _BLUE,
@@ -65,7 +66,8 @@ def cell_urdf(arm: ArmModel, layout: Layout) -> str:
     """URDF of ``arm`` on the rail of ``layout`` with its suction mast."""
     parts = [f'<robot name="{arm.name}_cell">', '<link name="cell"/>', _carriage(layout)]
     parts += [_link(arm, index) for index in range(len(LINKS))]
-    parts += [_tool(layout), '<link name="tcp">' + _inertial((0, 0, 0), 1e-3, 1e-6, 1e-6) + '</link>']
+    weightless = _inertial((0, 0, 0), 1e-3, 1e-6, 1e-6)
+    parts += [_tool(layout), f'<link name="tcp">{weightless}</link>']
     rail = layout.rail
     parts.append(
         f'<joint name="{RAIL_JOINT}" type="prismatic"><parent link="cell"/>'

@@ -1,0 +1,126 @@
+"""Drives the arm along trajectories in physics, watches it, and stops it.
+
+Radians, metres, seconds of robot time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arm_executor.gripper import SLIP_DISTANCE, SuctionGripper
+from arm_executor.motion.timing import Trajectory
+from arm_executor.robot.urdf import CELL_JOINT_NAMES
+from arm_executor.run import Interrupted, Run
+from arm_executor.world import STEP_S, PhysicsWorld
+from pack_msgs_py.codes import ErrorCode, Phase
+
+Array = NDArray[np.float64]
+
+#: Limits of the tracking error: metres of the rail, radians of the joints.
+_TRACKING = np.array([0.03, 0.05, 0.05, 0.05, 0.08, 0.08, 0.08])
+#: A stop brings the arm to rest along its path within this time.
+_STOP_S = 0.30
+#: The arm gets this long to come to rest at the end of a trajectory, and after a stop.
+_REST_S, _REST_AFTER_STOP_S = 0.02, 0.15
+#: Steps of physics between two looks at joints and grasp.
+_LOOK_EVERY = 6
+
+
+class ArmDriver:
+    """Position control of the joints in one :class:`PhysicsWorld`.
+
+    ``commanded`` (7,) is where the joints are meant to be; ``positions`` is where they were
+    measured last, safe to read from any thread.
+    """
+
+    def __init__(self, world: PhysicsWorld, gripper: SuctionGripper, start: Array) -> None:
+        self._world = world
+        self._gripper = gripper
+        self.commanded = start
+        self.positions: tuple[float, ...] = tuple(start.tolist())
+        world.put_arm(start)
+
+    def follow(
+        self, timed: Trajectory, run: Run | None = None, phases: Sequence[tuple[float, Phase]] = ()
+    ) -> None:
+        """Run a trajectory; each of ``phases`` begins at its time.
+
+        Raises
+        ------
+        Interrupted
+            With the arm at rest: ``CANCELED`` after a stop, ``PATH_TOLERANCE_VIOLATED`` when a
+            joint strays, ``BOX_LOST`` when the box comes off the pad.
+        """
+        upcoming = list(phases)
+        for index, time_s in enumerate(timed.times):
+            if run is not None:
+                while upcoming and time_s >= upcoming[0][0] - 1e-9:
+                    run.enter(upcoming.pop(0)[1])
+                if run.stop.is_set():
+                    self._slow_down(timed, index)
+                    raise Interrupted(ErrorCode.CANCELED, 'the motion was stopped on request')
+            self.commanded = timed.q[index]
+            self._world.drive(timed.q[index], timed.qd[index])
+            self._world.step()
+            if run is not None:
+                run.tick()
+            if index % _LOOK_EVERY == 0:
+                self._look(timed, index)
+        self.hold(_REST_S)
+
+    def rest(self, run: Run, seconds: float) -> None:
+        """Stand still for ``seconds``; :class:`Interrupted` when a stop is asked for."""
+        self.hold(seconds)
+        run.tick(round(seconds / STEP_S))
+        if run.stop.is_set():
+            raise Interrupted(ErrorCode.CANCELED, 'the motion was stopped on request')
+
+    def hold(self, seconds: float) -> None:
+        """Let robot time pass with the arm where it is meant to be."""
+        self._world.drive(self.commanded, np.zeros(7))
+        self._world.step(max(1, round(seconds / STEP_S)))
+        self.positions = tuple(self._world.joint_state()[0].tolist())
+
+    def _look(self, timed: Trajectory, index: int) -> None:
+        position, _ = self._world.joint_state()
+        self.positions = tuple(position.tolist())
+        error = np.abs(position - timed.q[index])
+        worst = int((error / _TRACKING).argmax())
+        if error[worst] > _TRACKING[worst]:
+            self._halt(position)
+            unit = 'm' if worst == 0 else 'rad'
+            msg = (
+                f'{CELL_JOINT_NAMES[worst]} strayed {error[worst]:.3f} {unit} from its path, '
+                f'{_TRACKING[worst]:g} {unit} are allowed; look what is in the way'
+            )
+            raise Interrupted(ErrorCode.PATH_TOLERANCE_VIOLATED, msg)
+        slipped = self._gripper.slipped()
+        if slipped > SLIP_DISTANCE:
+            msg = f'box {self._gripper.box_id} came off the pad, {1000 * slipped:.0f} mm'
+            self._slow_down(timed, index)
+            raise Interrupted(ErrorCode.BOX_LOST, msg)
+
+    def _slow_down(self, timed: Trajectory, index: int) -> None:
+        """Come to rest along the path: the time along it runs slower and slower."""
+        at = float(timed.times[index])
+        steps = math.ceil(_STOP_S / STEP_S)
+        for step in range(1, steps + 1):
+            rate = 1.0 - step / steps
+            at = min(at + rate * STEP_S, timed.duration)
+            q = np.array([np.interp(at, timed.times, column) for column in timed.q.T])
+            qd = np.array([np.interp(at, timed.times, column) for column in timed.qd.T])
+            self.commanded = q
+            self._world.drive(q, qd * rate)
+            self._world.step()
+        self.hold(_REST_AFTER_STOP_S)
+
+    def _halt(self, position: Array) -> None:
+        """Come to rest where the joints are: what is in the way may not be pushed."""
+        self.commanded = position
+        self.hold(_REST_AFTER_STOP_S)
+        self.commanded, _ = self._world.joint_state()
+        self.hold(_REST_AFTER_STOP_S)
