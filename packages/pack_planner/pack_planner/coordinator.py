@@ -159,6 +159,8 @@ class Coordinator:
     def on_event(self, event: BoxEvent) -> None:
         """Something happened to a box."""
         self._in.add_event(event)
+        if event.event is BoxEventKind.RETURNED and self._is_available(event.box_id):
+            self._stale_inputs = False
         goal = self._goal
         if goal is not None and event.box_id == goal.decision.box.id:
             last = self._in.last_event(event.box_id)
@@ -314,7 +316,7 @@ class Coordinator:
         if self._in.bins is None or not same_content(bins, self._bins()):
             return False
         if isinstance(outcome, Place):
-            return any(box.id == outcome.decision.box.id for box in self._in.available())
+            return self._is_available(outcome.decision.box.id)
         return True
 
     def _carry_out(
@@ -373,8 +375,10 @@ class Coordinator:
             # the refusal itself is new: nothing else has to change before the next try
             self._stale_inputs = False
         elif code >= ErrorCode.GRASP_FAILED:
-            back = any(box.id == decision.box.id for box in self._in.available())
-            self._stale_inputs = not back
+            self._stale_inputs = not self._is_available(decision.box.id)
+
+    def _is_available(self, box_id: str) -> bool:
+        return any(box.id == box_id for box in self._in.available())
 
     def _scan(self) -> Scan:
         assert self._in.scan is not None

