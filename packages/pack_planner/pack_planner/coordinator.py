@@ -363,7 +363,10 @@ class Coordinator:
             self._time_outs(self._clock())
             return
         self._ahead = self._plan = None
-        self._stale_inputs = True
+        bins = self._in.bins.bins if self._in.bins is not None else ()
+        known = (decision.bin_id, decision.bin_revision) in [(b.id, b.revision) for b in bins]
+        # the bins that explain a refusal may have come before it
+        self._stale_inputs = known
         where = f'box {decision.box.id!r} into bin {decision.bin_id!r} at {decision.corner_mm} mm'
         self._out.warn(f'{code.name} ({code.value}), {where}: {message}')
         if code is ErrorCode.DUPLICATE_BOX:

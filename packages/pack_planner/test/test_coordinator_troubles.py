@@ -31,6 +31,14 @@ def test_a_box_is_tried_again_when_the_event_that_it_came_back_arrives_last(rig)
     assert rig.take() == [('plan', 2)]
 
 
+def test_bins_that_came_before_the_refusal_they_explain_are_used_at_once(rig):
+    rig.start('a')
+    rig.bins(replace(EMPTY, revision=3))
+    rig.refuse(ErrorCode.STALE_BIN_REVISION)
+    assert rig.take() == [('plan', 2)]
+    assert rig.situations[2].bins[0].revision == 3
+
+
 @pytest.mark.parametrize(
     'code', [ErrorCode.STALE_BIN_REVISION, ErrorCode.BUSY, ErrorCode.BOX_NOT_ON_BELT]
 )
