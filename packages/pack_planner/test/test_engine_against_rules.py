@@ -214,3 +214,21 @@ def test_cost_does_not_grow_with_resolution():
 def test_weights_that_make_no_sense_are_refused(bad):
     with pytest.raises(ValueError, match='w2'):
         Weights(1.0, bad, 100.0)
+
+
+@settings(max_examples=10, deadline=None, derandomize=True)
+@given(
+    seed=st.integers(0, 10**6),
+    margin=st.sampled_from([None, 20.0, 45.0, 70.0]),
+    share=st.sampled_from([0.6, 0.8, 0.93]),
+    tolerance=st.sampled_from([0, 2]),
+)
+def test_the_argmin_inside_a_cell_holds_for_large_overhanging_boxes(seed, margin, share, tolerance):
+    profile = coarse(
+        'paper', 10, com_margin_mm=margin, min_support_share=share, orientations='any',
+        check_top_load=True, support_tolerance_mm=tolerance,
+    )  # fmt: skip
+    engine, rng = Engine(profile), random.Random(seed)
+    target = random_bin(engine, rng, 6)
+    for trial in range(2):
+        assert_same(engine, random_box(rng, f'new-{trial}', low=60, high=390), [target])
