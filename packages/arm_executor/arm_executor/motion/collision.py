@@ -7,6 +7,7 @@ hung under its pad, and the contacts are read.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 import pybullet
@@ -22,9 +23,10 @@ from pack_msgs_py.values import Vec3
 
 Array = NDArray[np.float64]
 
-#: Least distances, metres: of the arm's links, of mast and pad, of the carried box. The last two
-#: are below half a profile's clearance to a wall (2 mm).
-ARM_MARGIN, TOOL_MARGIN, BOX_MARGIN = 0.005, 0.001, 0.001
+#: Least distances, metres: of the arm's round links, of the pad, of the carried box. The last two
+#: are below half a profile's clearance to a wall (2 mm), and pad and box are checked that much
+#: larger: PyBullet reports two boxes only once they overlap, round shapes already before.
+ARM_MARGIN, PAD_MARGIN, BOX_MARGIN = 0.005, 0.001, 0.001
 #: The carried box is checked without this much at its bottom and top, so that what it stands on
 #: and the pad are no collisions.
 BOX_SKIN = 0.004
@@ -40,7 +42,9 @@ class PlanningWorld:
 
     def __init__(self, arm: ArmModel, layout: Layout) -> None:
         self._client = bullet.connect()
-        self._robot = bullet.load_robot(self._client, cell_urdf(arm, layout), self_collision=True)
+        tool = replace(layout.tool, pad_edge=layout.tool.pad_edge + 2 * PAD_MARGIN)
+        urdf = cell_urdf(arm, replace(layout, tool=tool))
+        self._robot = bullet.load_robot(self._client, urdf, self_collision=True)
         self._joints = bullet.joint_indices(self._client, self._robot)
         self._links = bullet.link_names(self._client, self._robot)
         self._tool = {n for n, name in self._links.items() if name in _TOOL_LINKS}
@@ -79,7 +83,8 @@ class PlanningWorld:
     def hold(self, size: Vec3, name: str) -> None:
         """Hang a box of ``size`` under the pad for the coming checks."""
         self.drop()
-        skinned = (size[0], size[1], max(size[2] - 2 * BOX_SKIN, size[2] / 4))
+        length, breadth = (edge + 2 * BOX_MARGIN for edge in size[:2])
+        skinned = (length, breadth, max(size[2] - 2 * BOX_SKIN, size[2] / 4))
         # Dynamic on purpose: two fixed bodies are never checked against each other.
         self._held = bullet.add_box(self._client, skinned, _ASIDE, mass=0.1)
         self._held_size = size
@@ -134,14 +139,14 @@ class PlanningWorld:
             elif other == self._robot:
                 margin = 0.0
             else:
-                margin = TOOL_MARGIN if link in self._tool else ARM_MARGIN
+                margin = 0.0 if link in self._tool else ARM_MARGIN
             if distance < margin:
                 what = self._links[other_link] if other == self._robot else self._names[other]
                 return f'{self._links[link]} and {what}'
         if self._held >= 0:
             contacts = pybullet.getContactPoints(bodyA=self._held, physicsClientId=self._client)
             for contact in contacts:
-                if contact[2] != self._robot and contact[8] < BOX_MARGIN:
+                if contact[2] != self._robot and contact[8] < 0.0:
                     return f'{self._names[self._held]} and {self._names[contact[2]]}'
         return None
 

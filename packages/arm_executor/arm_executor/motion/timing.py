@@ -128,12 +128,7 @@ class Timing:
         profile = _Profile.made(np.linspace(0.0, 1.0, count), speeds, accelerations)
         if profile is None:
             return None
-        # Between grid points the limits can be passed by a little: then all of it runs slower.
-        probe = np.linspace(0.0, profile.duration, max(2, math.ceil(profile.duration / _PROBE)))
-        _, qd, qdd = profile.along(path, probe)
-        speed = np.abs(qd / self.max_speed).max()
-        acceleration = np.abs(qdd / self.max_acceleration).max()
-        slower = float(max(1.0, speed, math.sqrt(acceleration)))
+        slower = self._stretch(profile, path, self._loaded_with(load).model)
         if slower > _MAX_STRETCH:
             return None
         duration = profile.duration * slower
@@ -141,6 +136,27 @@ class Timing:
         times = np.minimum(np.arange(samples) * period, duration)
         q, qd, qdd = profile.along(path, times / slower)
         return Trajectory(times, q, qd / slower, qdd / slower**2)
+
+    def _stretch(
+        self, profile: _Profile, path: toppra.SplineInterpolator, model: pinocchio.Model
+    ) -> float:
+        """How much slower all of it must run, at least 1.
+
+        The limits hold at the grid points; between them they can be passed by a little.
+        """
+        probe = np.linspace(0.0, profile.duration, max(2, math.ceil(profile.duration / _PROBE)))
+        q, qd, qdd = profile.along(path, probe)
+        speed = np.abs(qd / self.max_speed).max()
+        acceleration = np.abs(qdd / self.max_acceleration).max()
+        data = model.createData()
+        still = np.zeros(7)
+        rows = range(0, len(probe), 2)
+        hold = np.array([pinocchio.rnea(model, data, q[i], still, still) for i in rows])
+        move = np.array([pinocchio.rnea(model, data, q[i], qd[i], qdd[i]) for i in rows]) - hold
+        # Slower by k, the moving part of the torque shrinks by k squared; the holding part stays.
+        room = self.max_torque - np.sign(move) * hold
+        torque = (np.abs(move) / np.maximum(room, 1e-3)).max()
+        return float(max(1.0, speed, math.sqrt(acceleration), math.sqrt(torque)))
 
     def torque(self, trajectory: Trajectory, load: Load | None) -> Array:
         """Joint torques (n, 7) that ``trajectory`` takes, N m (N for the rail)."""

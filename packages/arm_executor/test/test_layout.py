@@ -1,0 +1,117 @@
+"""The layout is checked before anything is built on it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from arm_executor.layout import (
+    Conveyor,
+    Layout,
+    LayoutError,
+    Rail,
+    Stations,
+    bin_blocks,
+    bin_frame,
+    check_layout,
+    load_layout,
+    pick_pose,
+)
+from pack_msgs_py.cell_values import Pose
+from pack_msgs_py.values import BIN_TYPES, parse_bin
+
+CONFIG = Path(__file__).parents[1] / 'config' / 'layout.yaml'
+
+
+@pytest.mark.parametrize('kind', BIN_TYPES)
+def test_every_bin_of_the_paper_fits_every_station(kind):
+    check_layout(Layout(), dict.fromkeys('ABC', parse_bin(kind)))
+
+
+def test_shipped_file_says_what_the_defaults_say():
+    assert load_layout(CONFIG) == Layout()
+
+
+def test_overlapping_station_is_refused_with_both_names():
+    narrow = replace(Layout(), stations=Stations(gap_x=0.30))
+    with pytest.raises(LayoutError, match=r'conveyor .* overlaps bin A floor'):
+        check_layout(narrow, {'A': parse_bin('LDC')})
+
+
+def test_bin_in_the_way_of_the_pedestal_is_refused():
+    near = replace(Layout(), stations=Stations(near_y=0.10))
+    with pytest.raises(LayoutError, match=r'rail and pedestal .* overlaps bin C'):
+        check_layout(near, {'C': parse_bin('EQ')})
+
+
+@pytest.mark.parametrize(
+    ('layout', 'message'),
+    [
+        (Layout(conveyor=Conveyor(width=-1.0)), 'conveyor.width is -1.0; it must be above 0'),
+        (Layout(rail=Rail(speed=float('nan'))), 'rail.speed is nan; it must be finite'),
+        (Layout(rail=Rail(x_min=1.0, x_max=-1.0)), 'rail.x_min 1.0 must be below rail.x_max -1.0'),
+    ],
+)
+def test_impossible_values_are_named(layout, message):
+    with pytest.raises(LayoutError, match=message):
+        check_layout(layout, {})
+
+
+def test_unknown_station_is_named():
+    with pytest.raises(LayoutError, match="no station 'D'"):
+        bin_frame(Layout(), 'D', parse_bin('EQ'))
+
+
+@pytest.mark.parametrize(
+    ('text', 'message'),
+    [
+        ('rails: {}', "unknown key 'rails'"),
+        ('rail: {speed: fast}', "speed is 'fast'; it must be a number"),
+        ('rail: 3', 'expected a mapping, got 3'),
+        ('rail: {speed: true}', 'speed is True; it must be a number'),
+    ],
+)
+def test_bad_file_names_the_key(tmp_path, text, message):
+    path = tmp_path / 'layout.yaml'
+    path.write_text(text)
+    with pytest.raises(LayoutError, match=message):
+        load_layout(path)
+
+
+def test_missing_file_is_a_layout_error(tmp_path):
+    with pytest.raises(LayoutError, match=r'none\.yaml'):
+        load_layout(tmp_path / 'none.yaml')
+
+
+def test_stations_stand_where_the_architecture_says():
+    spec, layout = parse_bin('LDC'), Layout()
+    assert bin_frame(layout, 'A', spec).origin == pytest.approx((-1.65, 0.55, 0.15))
+    assert bin_frame(layout, 'B', spec).origin == pytest.approx((0.45, 0.55, 0.15))
+    assert bin_frame(layout, 'A', parse_bin('RC')).origin[1] == pytest.approx(0.85)
+    back = bin_frame(layout, 'C', spec)
+    # The corner nearest the bin's origin is nearest the rail, on the other side.
+    assert back.to_cell(Pose((0.1, 0.2, 0.3))).position == pytest.approx((0.5, -0.75, 0.45))
+
+
+@pytest.mark.parametrize('station', 'ABC')
+def test_bin_frame_and_back_is_the_same_pose(station):
+    frame = bin_frame(Layout(), station, parse_bin('PAL'))
+    pose = Pose((0.3, 0.2, 0.1), (0.0, 0.0, 0.6, 0.8))
+    back = frame.from_cell(frame.to_cell(pose))
+    assert back.position == pytest.approx(pose.position)
+    assert back.quaternion == pytest.approx(pose.quaternion)
+
+
+@pytest.mark.parametrize(
+    ('kind', 'parts'), [('LDC', 5), ('RC', 4), ('PAL', 1), ('SYN', 5), ('100x60x60', 5)]
+)
+def test_kinds_differ_in_walls(kind, parts):
+    blocks = bin_blocks(Layout(), 'A', parse_bin(kind))
+    assert len(blocks) == parts
+    assert kind != 'RC' or 'bin A front wall' not in {block.name for block in blocks}
+
+
+def test_box_at_the_pick_point_has_its_front_at_the_head_of_the_belt():
+    assert pick_pose(Layout(), (400.0, 300.0, 200.0)).position == pytest.approx((0.0, 0.70, 0.85))

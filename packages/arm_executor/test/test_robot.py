@@ -1,0 +1,133 @@
+"""Kinematics in closed form, and the URDF made from the same parameters."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from arm_executor.layout import Layout, Rail
+from arm_executor.robot.kinematics import BRANCHES, CellKinematics, forward, inverse
+from arm_executor.robot.parameters import ARMS, find_arm
+from arm_executor.robot.urdf import CELL_JOINT_NAMES, cell_urdf
+
+ANGLES = st.lists(st.floats(-3.1, 3.1), min_size=6, max_size=6)
+
+
+def wrapped(angle):
+    return (angle + math.pi) % (2 * math.pi) - math.pi
+
+
+@pytest.mark.parametrize('name', ARMS)
+@settings(max_examples=60, deadline=None)
+@given(angles=ANGLES)
+def test_every_branch_leads_back_to_the_same_pose(name, angles):
+    arm = ARMS[name]
+    pose = forward(arm, angles)
+    solutions = inverse(arm, pose[None])[0]
+    found = solutions[~np.isnan(solutions).any(axis=1)]
+    if abs(math.sin(angles[4])) > 0.02 and abs(math.sin(angles[2])) > 0.02:
+        away = np.abs(wrapped(found - np.array(angles))).max(axis=1)
+        assert away.min() < 1e-6, 'the configuration itself is not among the solutions'
+        assert np.abs(forward(arm, found) - pose).max() < 1e-8
+
+
+@pytest.mark.parametrize('name', ['ur5e', 'ur10e', 'ur16e', 'ur20', 'ur30'])
+def test_agrees_with_an_independent_implementation(name):
+    oracle = getattr(pytest.importorskip('ur_analytic_ik'), name)
+    rng = np.random.default_rng(7)
+    for angles in rng.uniform(-math.pi, math.pi, (50, 6)):
+        pose = forward(ARMS[name], angles)
+        assert np.abs(pose - oracle.forward_kinematics(*angles)).max() < 1e-9
+        ours = inverse(ARMS[name], pose[None])[0]
+        ours = ours[~np.isnan(ours).any(axis=1)]
+        for solution in oracle.inverse_kinematics(pose):
+            away = np.abs(wrapped(ours - np.array(solution).ravel())).max(axis=1)
+            assert away.min() < 1e-6
+
+
+def test_all_eight_branches_exist_in_the_middle_of_the_workspace_and_differ():
+    arm = find_arm('ur20')
+    pose = CellKinematics(arm, Layout()).tool_down([0.0], [(0.0, 0.9, 0.8)], [0.3])[0]
+    assert not np.isnan(pose).any()
+    assert len({tuple(np.round(one, 3)) for one in pose}) == len(BRANCHES) == 8
+
+
+def test_out_of_reach_is_nan_and_not_a_guess():
+    far = CellKinematics(find_arm('ur5e'), Layout()).tool_down([0.0], [(0.0, 3.0, 0.8)], [0.0])
+    assert np.isnan(far[..., 1:]).all()
+
+
+def test_asking_for_one_branch_gives_the_same_as_asking_for_all():
+    cell = CellKinematics(find_arm('ur20'), Layout())
+    everything = cell.tool_down([0.2], [(0.5, 0.9, 0.8)], [0.3])[0]
+    only = cell.tool_down([0.2], [(0.5, 0.9, 0.8)], [0.3], branches=(5,))[0]
+    assert only[5] == pytest.approx(everything[5])
+    assert np.isnan(only[0, 1:]).all()
+
+
+@settings(max_examples=40, deadline=None)
+@given(x=st.floats(-0.6, 0.6), y=st.floats(0.5, 1.0), z=st.floats(0.2, 1.1), yaw=st.floats(-3, 3))
+def test_tool_down_puts_the_pad_there_facing_down(x, y, z, yaw):
+    cell = CellKinematics(find_arm('ur20'), Layout())
+    for q in cell.tool_down([0.1], [(x, y, z)], [yaw])[0]:
+        if np.isnan(q).any():
+            continue
+        pad = cell.tool(q)[0]
+        assert pad[:3, 3] == pytest.approx((x, y, z), abs=1e-9)
+        assert pad[2, 2] == pytest.approx(-1.0)
+        assert wrapped(math.atan2(pad[1, 0], pad[0, 0]) - yaw) == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize('name', ARMS)
+def test_urdf_and_closed_form_agree(name):
+    pinocchio = pytest.importorskip('pinocchio')
+    arm, layout = ARMS[name], Layout(rail=Rail(base_height=1.1))
+    model = pinocchio.buildModelFromXML(cell_urdf(arm, layout))
+    assert tuple(model.names[1:]) == CELL_JOINT_NAMES
+    data, cell = model.createData(), CellKinematics(arm, layout)
+    rng = np.random.default_rng(3)
+    for q in rng.uniform(-2, 2, (20, 7)):
+        pinocchio.framesForwardKinematics(model, data, q)
+        pad = data.oMf[model.getFrameId('tcp')].homogeneous
+        assert np.abs(pad - cell.tool(q)[0]).max() < 1e-9
+
+
+@pytest.mark.parametrize('name', ARMS)
+def test_urdf_carries_the_published_limits_and_masses(name):
+    pinocchio = pytest.importorskip('pinocchio')
+    arm = ARMS[name]
+    model = pinocchio.buildModelFromXML(cell_urdf(arm, Layout()))
+    assert model.velocityLimit[1:] == pytest.approx(arm.max_speed, abs=1e-5)
+    assert model.effortLimit[1:] == pytest.approx(arm.max_torque)
+    arm_mass = sum(inertia.mass for inertia in list(model.inertias)[2:])
+    assert arm_mass == pytest.approx(sum(arm.masses) + Layout().tool.mass, abs=0.01)
+
+
+def test_urdf_loads_in_physics_with_the_pad_in_the_same_place():
+    pybullet = pytest.importorskip('pybullet')
+    from arm_executor import bullet
+
+    arm, layout = find_arm('ur20'), Layout()
+    client = bullet.connect()
+    try:
+        robot = bullet.load_robot(client, cell_urdf(arm, layout))
+        links = {name: number for number, name in bullet.link_names(client, robot).items()}
+        q = np.array([0.3, -1.8, -1.2, 1.7, 1.0, 1.5, 0.4])
+        for joint, value in zip(bullet.joint_indices(client, robot), q, strict=True):
+            pybullet.resetJointState(robot, joint, value, physicsClientId=client)
+        state = pybullet.getLinkState(
+            robot, links['tcp'], computeForwardKinematics=1, physicsClientId=client
+        )
+        pad = CellKinematics(arm, layout).tool(q)[0]
+        assert state[4] == pytest.approx(pad[:3, 3], abs=1e-6)
+    finally:
+        pybullet.disconnect(physicsClientId=client)
+
+
+def test_unknown_robot_lists_the_known_ones():
+    with pytest.raises(ValueError, match=r"unknown robot 'ur7': use one of ur5e, .*ur30"):
+        find_arm('ur7')
