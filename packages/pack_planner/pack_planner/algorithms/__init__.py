@@ -11,6 +11,7 @@ from pack_planner.algorithms.first_fit import first_fit
 from pack_planner.algorithms.floor_building import floor_building
 from pack_planner.algorithms.heightmap_min import heightmap_min
 from pack_planner.algorithms.lsah import lsah
+from pack_planner.algorithms.mpack import mpack
 from pack_planner.algorithms.mpack_lite import mpack_lite
 from pack_planner.algorithms.o_best_fit import o_best_fit
 from pack_planner.algorithms.o_first_fit import o_first_fit
@@ -20,6 +21,7 @@ from pack_planner.algorithms.walle import walle
 
 ALGORITHMS: dict[str, Algorithm] = {
     'mpack_lite': mpack_lite,
+    'mpack': mpack,
     'first_fit': first_fit,
     'best_fit': best_fit,
     'o_first_fit': o_first_fit,

@@ -6,9 +6,20 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from pack_msgs_py.codes import PlacementStatus
-from pack_msgs_py.values import Box
+from pack_msgs_py.values import Box, PlacedBox
 from pack_planner.engine import BinModel, Candidate, Engine
 from pack_planner.engine.engine import Forbidden, nothing_forbidden
+
+
+@dataclass
+class Memory:
+    """What one decision leaves for the next one on the same stream; never needed for the answer.
+
+    ``plan`` holds the placements that the last joint solution meant for the other boxes, each with
+    the id of its bin.
+    """
+
+    plan: tuple[tuple[str, PlacedBox], ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,6 +33,9 @@ class Problem:
     bins : the open bins, oldest first.
     forbidden : placements that the arm refused.
     budget_s : seconds after which the best answer so far is due.
+    node_limit : search nodes after which it is due; with no time budget in reach the same problem
+        then always has the same answer. ``None`` for no limit.
+    memory : what the algorithm may keep from one decision to the next; see :class:`Memory`.
     """
 
     engine: Engine
@@ -29,18 +43,22 @@ class Problem:
     bins: tuple[BinModel, ...]
     forbidden: Forbidden = nothing_forbidden
     budget_s: float = 5.0
+    node_limit: int | None = None
+    memory: Memory | None = None
 
 
 @dataclass(frozen=True)
 class Choice:
     """The answer: one placement, and how sure the algorithm is of it.
 
-    ``reason`` says for people why this box.
+    ``reason`` says for people why this box. ``gap`` is how far the objective may at most lie above
+    the optimum, relative to it; 0 when it is proven, infinite when nothing is known.
     """
 
     candidate: Candidate
     status: PlacementStatus = PlacementStatus.OPTIMAL
     reason: str = ''
+    gap: float = 0.0
 
 
 #: Chooses a placement; ``None`` when no box of the look-ahead fits into any open bin.

@@ -1,0 +1,86 @@
+"""MPack (Ojha et al., section III-A): the joint optimum of eq. (1) over the whole look-ahead."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+
+from pack_msgs_py.codes import PlacementStatus
+from pack_msgs_py.values import Box
+from pack_planner.algorithms.base import Choice, Problem
+from pack_planner.engine import Candidate
+from pack_planner.joint.incumbent import best_incumbent
+from pack_planner.joint.solve import JointResult, JointSearch
+
+
+def mpack(problem: Problem) -> Choice | None:
+    """Place all boxes of the look-ahead on paper as well as possible, then one of them really.
+
+    When there is no room for all, the box farthest from the arm is left out, and so on; a single
+    box last: then every box of the look-ahead is tried on its own. Of those that stand on real
+    boxes alone, the one of least w1 (x + y) + w2 (z + dz) is placed; equal ones in the order of
+    the belt.
+
+    The joint solution starts from that of MPackLite on the same boxes and so is never worse. When
+    the budget ends first, the best one found is used and the status says so.
+    """
+    started = time.monotonic()
+    nodes_left = math.inf if problem.node_limit is None else problem.node_limit
+    proven = True
+
+    def out_of_time() -> bool:
+        return time.monotonic() - started > problem.budget_s
+
+    for count in range(len(problem.boxes), 1, -1):
+        boxes = problem.boxes[:count]
+        search = JointSearch(
+            problem.engine, boxes, problem.bins, problem.forbidden, best_incumbent(problem, boxes)
+        )
+        result = search.run(int(min(nodes_left, 1 << 40)), out_of_time)
+        nodes_left -= result.nodes
+        proven = proven and result.proven
+        if result.candidates is not None:
+            return _select(problem, result, proven)
+    return _singly(problem, proven)
+
+
+def _select(problem: Problem, result: JointResult, proven: bool) -> Choice:
+    assert result.candidates is not None
+    chosen = _least(problem, result.candidates)
+    if problem.memory is not None:
+        problem.memory.plan = tuple(
+            (problem.bins[one.bin_index].source.id, one.placed)
+            for one in result.candidates
+            if one is not chosen
+        )
+    reason = (
+        f'joint objective {result.objective:g} of {len(result.candidates)} boxes, '
+        f'at least {result.lower_bound:g}'
+    )
+    return Choice(chosen, _status(proven), reason, result.gap)
+
+
+def _singly(problem: Problem, proven: bool) -> Choice | None:
+    engine = problem.engine
+    found = [engine.best_placement(box, problem.bins, problem.forbidden) for box in problem.boxes]
+    alone = [one for one in found if one is not None]
+    if not alone:
+        return None
+    chosen = _least(problem, alone)
+    reason = f'no two boxes fit together; least of {len(alone)} boxes that fit alone'
+    return Choice(chosen, _status(proven), reason, 0.0 if proven else math.inf)
+
+
+def _status(proven: bool) -> PlacementStatus:
+    return PlacementStatus.OPTIMAL if proven else PlacementStatus.BUDGET
+
+
+def _least(problem: Problem, candidates: Sequence[Candidate]) -> Candidate:
+    """Box selection of section III-A.3; the lowest box always stands on real boxes alone."""
+    engine = problem.engine
+    order: dict[Box, int] = {box: index for index, box in enumerate(problem.boxes)}
+    return min(
+        (one for one in candidates if engine.stands(one.placed, problem.bins[one.bin_index])),
+        key=lambda one: (engine.increase(one.placed), order[one.placed.box]),
+    )

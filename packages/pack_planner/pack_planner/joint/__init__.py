@@ -1,0 +1,1 @@
+"""The joint problem of MPack: search, models for solvers."""
