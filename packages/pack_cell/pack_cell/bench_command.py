@@ -61,8 +61,12 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
     outputs = (arguments.json, arguments.plan, arguments.html, arguments.figure)
     files: list[Path] = [path for path in outputs if path is not None]
     for path in files:
-        folder = next(parent for parent in path.absolute().parents if parent.exists())
-        if path.is_dir() or not folder.is_dir() or not os.access(folder, os.W_OK):
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            msg = f'{path} cannot be written: {error.strerror}'
+            raise ValueError(msg) from None
+        if path.is_dir() or not os.access(path.parent, os.W_OK):
             msg = f'{path} cannot be written: name a file in a folder of yours'
             raise ValueError(msg)
     if len({path.absolute() for path in files}) < len(files):

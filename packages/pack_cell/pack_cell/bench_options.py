@@ -88,7 +88,8 @@ def _add_questions(parser: argparse.ArgumentParser) -> None:
     )
     rules.add_argument(
         '--orientations', choices=tuple(ORIENTATION_RULES),
-        help="orientation rule instead of the profile's own",
+        help="orientation rule instead of the profile's own; with profile paper the default is "
+        "any, as in the paper's experiments",
     )  # fmt: skip
     rules.add_argument(
         '--open-bins', type=_whole(1, 3), default=3, metavar='N', help='1 to 3 (default 3)'
@@ -130,10 +131,11 @@ def settings_of(arguments: argparse.Namespace) -> Settings:
     from pack_planner.bench import paper
     from pack_planner.bench.values import Settings
 
-    orientations = arguments.orientations or (paper.ORIENTATIONS if arguments.paper else None)
     profile = find_profile(arguments.profile)
-    if orientations:
-        profile = replace(profile, orientations=orientations)
+    orientations = arguments.orientations or profile.orientations
+    if not arguments.orientations and profile.name == 'paper':
+        orientations = paper.ORIENTATIONS
+    profile = replace(profile, orientations=orientations)
     return Settings(
         profile=profile,
         open_bins=arguments.open_bins,
@@ -153,6 +155,7 @@ def cases_of(arguments: argparse.Namespace) -> list[Case]:
     of_paper = [name for name in paper.NAMES if name in known]
     algorithms = _items(
         arguments.algorithms,
+        '--algorithms',
         of_paper if arguments.paper else ['first_fit', 'o_first_fit', 'mpack_lite'],
     )
     if algorithms == ['all']:
@@ -160,8 +163,10 @@ def cases_of(arguments: argparse.Namespace) -> list[Case]:
     for name in algorithms:
         find_algorithm(name)
     bins = [parse_bin(text) for text in _items(
-        arguments.bins, list(paper.BINS) if arguments.paper else ['SYN'])]  # fmt: skip
-    looks = _look_aheads(_items(arguments.look_ahead, ['1-5'] if arguments.paper else ['5']))
+        arguments.bins, '--bins', list(paper.BINS) if arguments.paper else ['SYN'])]  # fmt: skip
+    looks = _look_aheads(
+        _items(arguments.look_ahead, '--look-ahead', ['1-5'] if arguments.paper else ['5'])
+    )
     if arguments.shuffle is not None and arguments.boxes is None:
         msg = '--shuffle needs --boxes; cut and drawn collections are random anyway, see --seed'
         raise ValueError(msg)
@@ -205,11 +210,14 @@ def _source(arguments: argparse.Namespace, spec: BinSpec) -> Source:
     return Source(name, tuple(boxes), in_order, arguments.shuffle, digest)
 
 
-def _items(given: Sequence[str] | None, default: list[str]) -> list[str]:
+def _items(given: Sequence[str] | None, option: str, default: list[str]) -> list[str]:
     """A list written with spaces, commas or both, each item once."""
     if given is None:
         return default
     found = [item for text in given for item in text.split(',') if item]
+    if not found:
+        msg = f'{option} names nothing'
+        raise ValueError(msg)
     return list(dict.fromkeys(found))
 
 

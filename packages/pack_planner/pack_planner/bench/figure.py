@@ -43,6 +43,11 @@ def draw(records: Sequence[JsonObject]) -> Figure:
         for one in (fill, time):
             one.grid(visible=True, alpha=0.3)
             one.spines[['top', 'right']].set_visible(False)
+    fills = [one['fill_closed'] for one in records if one['fill_closed'] is not None]
+    fills += [one['paper']['fill'] for one in records if one['paper']]
+    if fills:
+        # a few collections have confidence intervals far beyond what is to be seen
+        axes[0][0].set_ylim(max(0.0, min(fills) - 4.0), min(100.0, max(fills) + 4.0))
     axes[0][0].set_ylabel('fill of closed bins, %')
     axes[1][0].set_ylabel('mean time of a decision, s')
     handles, labels = axes[0][0].get_legend_handles_labels()

@@ -25,7 +25,7 @@ td.text, th.text { text-align: left; }
 tr.first td { border-top: 2px solid #b8c4ce; }
 td.below { color: #a3262c; font-weight: 600; }
 figure { margin: 1rem 0; }
-figure svg { width: 100%; height: auto; }
+figure svg { max-width: 100%; height: auto; }
 .note { color: #52606d; font-size: .9rem; }
 """
 
