@@ -35,7 +35,7 @@ SWAP_TIMEOUT_S = 5.0
 #: Backstop behind the QoS events of the heartbeat.
 SILENCE_S = 2.0
 
-#: Refusals that say nothing about the placement: only new inputs can change the answer.
+#: Endings that say nothing about the placement.
 _TRANSIENT = frozenset(
     {
         ErrorCode.UNKNOWN,
@@ -45,6 +45,8 @@ _TRANSIENT = frozenset(
         ErrorCode.BOX_NOT_ON_BELT,
         ErrorCode.STALE_GOAL,
         ErrorCode.BOX_NOT_PRESENTED,
+        ErrorCode.CANCELED,
+        ErrorCode.PROTECTIVE_STOP,
     }
 )
 
@@ -371,14 +373,17 @@ class Coordinator:
         self._out.warn(f'{code.name} ({code.value}), {where}: {message}')
         if code is ErrorCode.DUPLICATE_BOX:
             self._in.rejected.add(decision.box.id)
-        elif code < ErrorCode.GRASP_FAILED and code not in _TRANSIENT:
+            return
+        if code not in _TRANSIENT:
+            # a motion that failed is likely to fail again: to be avoided like a refused one
             self._refusals.add(
                 goal.target, decision.box.id, decision.orientation, decision.corner_mm
             )
+        if code >= ErrorCode.GRASP_FAILED:
+            self._stale_inputs = not self._is_available(decision.box.id)
+        elif code not in _TRANSIENT:
             # the refusal itself is new: nothing else has to change before the next try
             self._stale_inputs = False
-        elif code >= ErrorCode.GRASP_FAILED:
-            self._stale_inputs = not self._is_available(decision.box.id)
 
     def _is_available(self, box_id: str) -> bool:
         return any(box.id == box_id for box in self._in.available())

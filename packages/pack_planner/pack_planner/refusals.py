@@ -39,23 +39,30 @@ class Refusals:
 
     def snapshot(self) -> Forbidden:
         """What is refused now, as a value that a worker thread may keep."""
-        zones = {
-            (bin_id, self._revisions[bin_id], box_id): found
-            for bin_id, per_box in self._zones.items()
-            for box_id, found in per_box.items()
-        }
-        return Forbidden(zones)
+        return Forbidden(
+            {
+                (bin_id, box_id): (self._revisions[bin_id], found)
+                for bin_id, per_box in self._zones.items()
+                for box_id, found in per_box.items()
+            }
+        )
 
 
 @dataclass(frozen=True)
 class Forbidden:
-    """Refusals as the engine takes them; call with a box and a bin."""
+    """Refusals as the engine takes them; call with a box and a bin.
 
-    zones: dict[tuple[str, int, str], tuple[Zone, ...]] = field(default_factory=dict)
+    ``zones`` holds, by bin id and box id, the revision of the bin at which the arm refused, and
+    what it refused. They also hold for later revisions, since a bin that is packed virtually
+    counts its revisions on while in truth it is still the one that was refused.
+    """
+
+    zones: dict[tuple[str, str], tuple[int, tuple[Zone, ...]]] = field(default_factory=dict)
 
     def refused(self, box: Box, target: Bin) -> tuple[Zone, ...]:
         """Placements of ``box`` that the arm refused in ``target`` as it is."""
-        return self.zones.get((target.id, target.revision, box.id), ())
+        revision, found = self.zones.get((target.id, box.id), (0, ()))
+        return found if target.revision >= revision else ()
 
     def __call__(self, box: Box, target: Bin) -> tuple[Zone, ...] | None:
         """Refused zones, or ``None`` when the box may not go into that bin at all."""

@@ -153,7 +153,6 @@ def test_a_failed_motion_drops_the_plan_made_ahead_and_decides_again_on_new_inpu
     rig.scan(['a', 'b'])
     assert rig.take() == [('plan', 3)]
     assert [one.id for one in rig.situations[3].boxes] == ['a', 'b']
-    assert rig.situations[3].forbidden.zones == {}
 
 
 def test_a_box_that_came_back_before_the_report_is_tried_again_at_once(rig):

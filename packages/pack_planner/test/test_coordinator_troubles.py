@@ -31,6 +31,23 @@ def test_a_box_is_tried_again_when_the_event_that_it_came_back_arrives_last(rig)
     assert rig.take() == [('plan', 2)]
 
 
+@pytest.mark.parametrize(
+    ('code', 'avoided'),
+    [
+        (ErrorCode.GRASP_FAILED, True),
+        (ErrorCode.PATH_TOLERANCE_VIOLATED, True),
+        (ErrorCode.CANCELED, False),
+    ],
+)
+def test_a_placement_whose_motion_failed_is_not_offered_again(rig, code, avoided):
+    rig.start('a')
+    rig.event('a', BoxEventKind.PICKED)
+    rig.finish(code)
+    rig.event('a', BoxEventKind.RETURNED)
+    rig.scan(['a', 'b'])
+    assert bool(rig.situations[2].forbidden.refused(box('a'), EMPTY)) is avoided
+
+
 def test_bins_that_came_before_the_refusal_they_explain_are_used_at_once(rig):
     rig.start('a')
     rig.bins(replace(EMPTY, revision=3))

@@ -145,6 +145,14 @@ def test_when_everything_is_refused_the_fullest_bin_is_closed(planner):
     assert planner.decide(situation([box], target, forbidden=memory.snapshot())) == Close(target)
 
 
+def test_a_refusal_also_holds_in_the_bin_as_virtual_packing_goes_on():
+    snapshot = refused(EMPTY, 'a', (0, 0, 0)).snapshot()
+    box = Box('a', (100.0, 100.0, 100.0))
+    packed_virtually = replace(EMPTY, boxes=(block(100),), revision=EMPTY.revision + 1)
+    assert snapshot(box, packed_virtually) == snapshot(box, EMPTY) != ()
+    assert snapshot(Box('b', box.size_mm), packed_virtually) == ()
+
+
 def test_refusals_are_forgotten_when_the_bin_changes():
     memory = refused(EMPTY, 'a', (0, 0, 0))
     memory.forget_old((EMPTY,))
