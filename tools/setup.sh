@@ -27,6 +27,7 @@ setup() {
     rm -f "$state/build.stamp"
     build_packages
     write_environment
+    step 'Packing engine' compile_engine
     printf '%s\n' "$build_stamp" > "$state/build.stamp"
   fi
   exec 9>&-
@@ -242,6 +243,17 @@ build_packages() {
     fi
   done
 }
+
+# Numba keeps what it compiles beside the modules; without this the first decision would wait for it.
+compile_engine() (
+  source "$state/env.sh"
+  python -c '
+from pack_msgs_py.profiles import PROFILES
+from pack_planner.engine import Engine
+for profile in PROFILES.values():
+    Engine(profile)
+'
+)
 
 # Writes env.sh: what sourcing the workspace sets. Colcon's own scripts take half a second each
 # time and do not work in a path with spaces, and what they would set is simple.
