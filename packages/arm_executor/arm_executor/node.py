@@ -158,6 +158,11 @@ class ArmExecutor(Node):
             self._journal.close()
         return ended
 
+    def destroy_node(self) -> None:
+        """Give everything back, the action server too: rclpy would leave it on the network."""
+        self._action.destroy()
+        super().destroy_node()
+
     # -- goals ----------------------------------------------------------------------------------
 
     def _start_goal(self, handle: ServerGoalHandle) -> None:

@@ -56,6 +56,9 @@ class Spinner:
         for node in self._nodes:
             if hasattr(node, 'stop_motion'):
                 node.stop_motion()
+            if hasattr(node, 'bench_client'):
+                # Like an action server, it outlives its node unless told.
+                node.bench_client.destroy()
             node.destroy_node()
         rclpy.try_shutdown(context=self.context)
 
@@ -86,6 +89,7 @@ class Bench:
         self._listen('/diagnostics', DiagnosticArray, 10)
         self._scan = self.node.create_publisher(BoxScan, 'box_scan', qos.TOPICS['box_scan'])
         self.client = ActionClient(self.node, PlaceBox, 'place_box')
+        self.node.bench_client = self.client
         self._services = {
             'swap_bin': self.node.create_client(SwapBin, 'swap_bin'),
             'check_placements': self.node.create_client(CheckPlacements, 'check_placements'),

@@ -25,26 +25,37 @@ pytestmark = pytest.mark.ros
 
 
 @pytest.fixture
-def spinner(ros_domain):
-    made = Spinner()
+def spinners(ros_domain):
+    """One context for the executor and one for who talks to it, as in the cell."""
+    made = [Spinner(), Spinner()]
     yield made
-    made.close()
+    for one in made:
+        one.close()
 
 
 @pytest.fixture
-def start(spinner):
+def make_bench(spinners):
+    def run():
+        bench = Bench(spinners[1].context)
+        spinners[1].add(bench.node)
+        return bench
+
+    return run
+
+
+@pytest.fixture
+def start(spinners, make_bench):
     """Start the executor with these parameters and faults; returns a bench that talks to it."""
 
     def run(*, faults=None, **parameters):
         values = {'arm': 'timed', 'speed': 0.0, 'open_bins': 2, **parameters}
         node = ArmExecutor(
             arm_factory=lambda p, layout: TimedArm(layout, speed=p.speed, faults=faults),
-            context=spinner.context,
+            context=spinners[0].context,
             parameter_overrides=[Parameter(key, value=value) for key, value in values.items()],
         )
-        spinner.add(node)
-        bench = Bench(spinner.context)
-        spinner.add(bench.node)
+        spinners[0].add(node)
+        bench = make_bench()
         bench.executor_node = node
         return bench.ready()
 
@@ -298,13 +309,12 @@ def test_swap_bin_is_refused_while_a_placement_into_it_is_under_way(start):
     assert bench.result(handle)[1].error_code == ErrorCode.NONE
 
 
-def test_a_late_joiner_gets_the_bins_and_the_events(start, spinner):
+def test_a_late_joiner_gets_the_bins_and_the_events(start, make_bench):
     bench = start()
     box = make_box()
     bench.show(box, presented=box.id)
     bench.place(make_decision(box))
-    late = Bench(spinner.context)
-    spinner.add(late.node)
+    late = make_bench()
     late.wait(lambda: late.of('bin_state') and len(late.of('box_event')) == 2, 'state and events')
     assert [placed.box.id for placed in late.bins().bins[0].boxes] == [box.id]
     assert late.events(box.id) == ['PICKED', 'PLACED']
