@@ -12,16 +12,20 @@ import pybullet
 from arm_executor.world import PhysicsWorld
 
 
+#: Camera over the infeed, looking at the rail; metres, frame `cell`, degrees.
+_EYE, _LOOKS_AT, _FIELD_OF_VIEW = (2.2, 4.3, 3.9), (-0.03, 0.30, 0.74), 39.0
+
+
 def save_picture(world: PhysicsWorld, path: Path, width: int, height: int) -> None:
     """Write a PNG of the whole cell from above and in front."""
-    view = pybullet.computeViewMatrix((2.35, 3.35, 2.75), (-0.05, 0.35, 0.62), (0, 0, 1))
-    lens = pybullet.computeProjectionMatrixFOV(45.0, width / height, 0.1, 20.0)
+    view = pybullet.computeViewMatrix(_EYE, _LOOKS_AT, (0, 0, 1))
+    lens = pybullet.computeProjectionMatrixFOV(_FIELD_OF_VIEW, width / height, 0.5, 30.0)
     _, _, pixels, _, _ = pybullet.getCameraImage(
         width,
         height,
         viewMatrix=view,
         projectionMatrix=lens,
-        lightDirection=(2.0, 3.0, 6.0),
+        lightDirection=(1.5, 2.5, 6.0),
         lightDistance=8.0,
         lightAmbientCoeff=0.55,
         lightDiffuseCoeff=0.45,

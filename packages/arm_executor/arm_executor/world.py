@@ -85,7 +85,7 @@ class PhysicsWorld:
             pybullet.changeDynamics(
                 self.robot, link, linearDamping=0, angularDamping=0, physicsClientId=client
             )
-        self.add_part('floor', (Block('floor', (-4, -3, -0.1), (4, 3.2, 0.0)),), _FLOOR)
+        self.add_part('floor', (Block('floor', (-20, -20, -0.1), (20, 20, 0.0)),), _FLOOR)
         self.add_part('conveyor', (conveyor_block(layout),), _BELT)
         self.add_part('rail', (rail_block(layout),), _STEEL)
         for part in ('rail', 'floor'):
