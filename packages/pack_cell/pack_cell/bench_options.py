@@ -17,8 +17,10 @@ from pack_msgs_py.values import BinSpec, parse_bin
 
 if TYPE_CHECKING:
     from pack_planner.bench.values import Case, Settings, Source
+    from pack_planner.engine import Weights
 
 MAX_LOOK_AHEAD = 6
+DEFAULT_BUDGET_S, MAX_BUDGET_S = 5.0, 86_400.0
 
 _EXAMPLES = """examples:
   cell bench --algorithms first_fit,mpack_lite --bins SYN --look-ahead 1-5 --html report.html
@@ -95,9 +97,18 @@ def _add_questions(parser: argparse.ArgumentParser) -> None:
         '--open-bins', type=_whole(1, 3), default=3, metavar='N', help='1 to 3 (default 3)'
     )
     rules.add_argument(
-        '--budget', type=_seconds, default=5.0, metavar='S',
-        help='seconds a decision may take (default 5); a search that a budget of time cuts short '
-        'may end elsewhere in the next run',
+        '--weights', default='1,1,100', metavar='W1,W2,W3',
+        help='of x + y, of z + dz and of the bin in eq. (1) of the paper (default 1,1,100)',
+    )  # fmt: skip
+    rules.add_argument(
+        '--budget', type=_seconds, metavar='S',
+        help='seconds a decision may take (default 5); a search that time cuts short may end '
+        'elsewhere in the next run',
+    )  # fmt: skip
+    rules.add_argument(
+        '--budget-nodes', type=_whole(1, 10**12), metavar='N',
+        help='search nodes a decision may take: the same result on every machine and in every '
+        'run (no limit of time then, unless --budget is given too)',
     )  # fmt: skip
 
 
@@ -141,8 +152,27 @@ def settings_of(arguments: argparse.Namespace) -> Settings:
         open_bins=arguments.open_bins,
         boxes_per_bin=arguments.boxes_per_bin,
         seed=arguments.seed,
-        budget_s=arguments.budget,
+        budget_s=_budget(arguments),
+        node_limit=arguments.budget_nodes,
+        weights=_weights(arguments.weights),
     )
+
+
+def _budget(arguments: argparse.Namespace) -> float:
+    if arguments.budget is not None:
+        return float(arguments.budget)
+    return DEFAULT_BUDGET_S if arguments.budget_nodes is None else MAX_BUDGET_S
+
+
+def _weights(text: str) -> Weights:
+    from pack_planner.engine import Weights
+
+    try:
+        first, second, third = (float(part) for part in text.split(','))
+    except ValueError:
+        msg = f'--weights {text!r} is not three numbers such as 1,1,100'
+        raise ValueError(msg) from None
+    return Weights(first, second, third)
 
 
 def cases_of(arguments: argparse.Namespace) -> list[Case]:
@@ -257,7 +287,7 @@ def _seconds(text: str) -> float:
     except ValueError:
         msg = f'{text!r} is not a number of seconds'
         raise argparse.ArgumentTypeError(msg) from None
-    if not math.isfinite(value) or not 0 < value <= 86_400:
+    if not math.isfinite(value) or not 0 < value <= MAX_BUDGET_S:
         msg = f'{text} is out of range: it must be above 0 and at most 86400 s'
         raise argparse.ArgumentTypeError(msg)
     return value

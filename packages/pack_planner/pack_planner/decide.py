@@ -11,6 +11,7 @@ from pack_msgs_py.orientation import QUATERNIONS, oriented_size
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.values import Bin, Box, PlacedBox, Vec3
 from pack_planner.algorithms import Problem, find_algorithm
+from pack_planner.algorithms.warm_up import warm_up
 from pack_planner.engine import Engine, Weights
 from pack_planner.refusals import Forbidden
 
@@ -80,11 +81,11 @@ class Planner:
         self._clock = clock
         self._settings = settings
         self._engine = Engine(settings.profile, settings.weights)
-        find_algorithm(settings.algorithm)
+        warm_up(settings.algorithm, settings.profile)
 
     def use(self, settings: Settings) -> None:
         """Decide under ``settings`` from now on."""
-        find_algorithm(settings.algorithm)
+        warm_up(settings.algorithm, settings.profile)
         if (settings.profile, settings.weights) != (
             self._settings.profile,
             self._settings.weights,

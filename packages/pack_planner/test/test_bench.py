@@ -195,7 +195,7 @@ def test_an_algorithm_that_breaks_a_rule_is_found_out(monkeypatch):
         return simulator.Choice(Candidate(placed, 0, 0.0))
 
     monkeypatch.setitem(ALGORITHMS, 'floating', floating)
-    monkeypatch.setattr(simulator, '_warm_up', lambda *_: None)
+    monkeypatch.setattr(simulator, 'warm_up', lambda *_: None)
     with pytest.raises(EngineMismatch, match='support'):
         pack_collection(case('floating', in_order=True), SETTINGS, 0)
 
@@ -234,6 +234,20 @@ def test_a_record_says_what_was_asked_and_what_came_of_it(tmp_path):
     time = record['decision_s']
     assert 0 < time['p50'] <= time['p95'] <= time['p99'] <= time['max']
     assert record['unplaced'] == [] and record['paper'] is None
+    assert record['gap'] == {'mean': 0.0, 'max': 0.0}
+
+
+def test_a_budget_of_nodes_cuts_the_search_short_in_the_same_way_each_time(tmp_path):
+    joint = case('mpack', look_ahead=4)
+    limited = replace(SETTINGS, budget_s=1e4, node_limit=20)
+    plans = []
+    for name in ('once', 'again'):
+        results = ResultFile(None, tmp_path / name)
+        (record,) = run([joint], limited, Workers(), results, lambda *_: None)
+        plans.append(without_seconds(tmp_path / name))
+    assert plans[0] == plans[1]
+    assert record['statuses']['budget'] > 0
+    json.dumps(record, allow_nan=False)
 
 
 def test_the_same_seed_gives_the_same_plan_on_one_process_and_on_two(tmp_path):

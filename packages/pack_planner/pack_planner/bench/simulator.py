@@ -13,8 +13,10 @@ from functools import lru_cache
 from pack_msgs_py.metrics import fill_metrics
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.validator import with_box
-from pack_msgs_py.values import Bin, BinSpec, Box
+from pack_msgs_py.values import Bin, Box
 from pack_planner.algorithms import Choice, Problem, find_algorithm
+from pack_planner.algorithms.base import Memory
+from pack_planner.algorithms.warm_up import warm_up
 from pack_planner.bench.streams import collection
 from pack_planner.bench.values import Case, JsonObject, Packed, Settings
 from pack_planner.engine import Engine, Weights
@@ -29,7 +31,7 @@ def pack_collection(case: Case, settings: Settings, number: int) -> Packed:
         A placement breaks a packing rule; every one is held against the slow rules.
     """
     run = _Run(case, settings, collection(case, settings, number), number)
-    _warm_up(case.algorithm, run.engine)
+    warm_up(case.algorithm, settings.profile)
     while run.advance():
         pass
     return run.result()
@@ -39,18 +41,6 @@ def pack_collection(case: Case, settings: Settings, number: int) -> Packed:
 def _engine(profile: Profile, weights: Weights) -> Engine:
     """One engine per process, since compiled code takes a moment to load."""
     return Engine(profile, weights)
-
-
-@lru_cache(maxsize=64)
-def _warm_up(algorithm: str, engine: Engine) -> None:
-    """Compile or load what the algorithm uses, outside of measured decisions."""
-    boxes = tuple(Box(f'warm-up {i}', (200.0, 100.0, 80.0)) for i in range(3))
-    target = Bin('warm-up', 1, BinSpec('warm-up', (400, 300, 300)))
-    for box in boxes:
-        choice = find_algorithm(algorithm)(Problem(engine, (box,), (engine.model(target),)))
-        if choice is not None:
-            target = with_box(target, choice.candidate.placed)
-    find_algorithm(algorithm)(Problem(engine, boxes, (engine.model(target),)))
 
 
 class _Run:
@@ -63,6 +53,7 @@ class _Run:
         self._total = len(boxes)
         self._stream = deque(boxes)
         self._look_ahead: list[Box] = []
+        self._memory = Memory()
         self._opened = 0
         self._open: list[Bin] = []
         self._closed: list[Bin] = []
@@ -83,6 +74,8 @@ class _Run:
             boxes=tuple(self._look_ahead),
             bins=tuple(self.engine.model(one) for one in self._open),
             budget_s=self._settings.budget_s,
+            node_limit=self._settings.node_limit,
+            memory=self._memory,
         )
         choice = self._algorithm(problem)
         seconds = time.perf_counter() - started
@@ -137,9 +130,7 @@ class _Run:
         self.engine.check(candidate, target)
         self._open[candidate.bin_index] = with_box(target, placed)
         self._look_ahead.remove(placed.box)
-        gap = getattr(choice, 'gap', None)
-        if gap is not None:
-            self._gaps.append(float(gap))
+        self._gaps.append(choice.gap)
         self._events.append({
             **self._event('place', target),
             'box': {'id': placed.box.id, 'size_mm': list(placed.box.size_mm)},

@@ -46,7 +46,8 @@ def record(case: Case, settings: Settings, packed: Sequence[Packed]) -> JsonObje
     places = [event for one in packed for event in one.events if event['event'] == 'place']
     seconds = [event['seconds'] for one in packed for event in one.events]
     fills = {name: _known(packed, name) for name in packed[0].fills}
-    gaps = [gap for one in packed for gap in one.gaps]
+    # where nothing is proven there is no gap to average; JSON has no infinity either
+    gaps = [gap for one in packed for gap in one.gaps if math.isfinite(gap)]
     return {
         **identity(case, settings),
         'boxes': sum(one.boxes for one in packed),
@@ -78,6 +79,7 @@ def identity(case: Case, settings: Settings) -> JsonObject:
             'open_bins': settings.open_bins,
             'weights': list(asdict(settings.weights).values()),
             'budget_s': settings.budget_s,
+            'node_limit': settings.node_limit,
             'seed': settings.seed,
             'boxes_per_bin': None if source.boxes else settings.boxes_per_bin,
             'shuffle': source.shuffle,

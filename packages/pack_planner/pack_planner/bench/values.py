@@ -57,6 +57,7 @@ class Settings:
     boxes_per_bin : into how many boxes a SYN bin is cut.
     seed : of the collections.
     budget_s : seconds that a decision may take.
+    node_limit : search nodes that a decision may take, ``None`` for no limit.
     """
 
     profile: Profile
@@ -65,6 +66,7 @@ class Settings:
     boxes_per_bin: int = 23
     seed: int = 1
     budget_s: float = 5.0
+    node_limit: int | None = None
 
 
 @dataclass(frozen=True)
@@ -78,7 +80,7 @@ class Packed:
     unplaced : id and reason of each box that fits no empty bin.
     fills : ``fill_closed``, ``fill_all``, ``fill_first_failure`` in percent.
     closed_bins : how many were closed.
-    gaps : proven gap of each decision for which the algorithm states one.
+    gaps : proven gap of each placement, infinite where nothing is known.
     """
 
     boxes: int
