@@ -158,7 +158,7 @@ def call(book, name, box_id, number):
     actions[name]()
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(histories)
 def test_every_box_is_in_exactly_one_place_whenever_the_executor_dies(history):
     """``history``: for each box the way it takes, after how many calls a crash comes, and
