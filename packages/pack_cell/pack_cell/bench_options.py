@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from pack_msgs_py.orientation import ORIENTATION_RULES
 from pack_msgs_py.profiles import PROFILES, find_profile
-from pack_msgs_py.values import BinSpec, parse_bin
+from pack_msgs_py.values import parse_bin
 
 if TYPE_CHECKING:
     from pack_planner.bench.values import Case, Settings, Source
@@ -179,7 +179,7 @@ def cases_of(arguments: argparse.Namespace) -> list[Case]:
     """Bins outermost, then look-aheads, then algorithms; ``ValueError`` says what is wrong."""
     from pack_planner.algorithms import ALGORITHMS, find_algorithm
     from pack_planner.bench import paper
-    from pack_planner.bench.values import Case
+    from pack_planner.bench.values import Case, Source
 
     known = tuple(ALGORITHMS)
     of_paper = [name for name in paper.NAMES if name in known]
@@ -201,32 +201,30 @@ def cases_of(arguments: argparse.Namespace) -> list[Case]:
         msg = '--shuffle needs --boxes; cut and drawn collections are random anyway, see --seed'
         raise ValueError(msg)
     cases: list[Case] = []
+    file_source: Source | None = None
     for spec in bins:
-        source = _source(arguments, spec)
+        if arguments.boxes is None and spec.name == 'SYN':
+            source = Source('SYN, cut from ten bins')
+        else:
+            source = file_source or _source_of_file(arguments)
+            file_source = source
         standard = 1 if source.in_order else paper.collections_of(spec.name)
         count = arguments.collections or standard
         for look_ahead in looks:
-            if source.in_order and look_ahead > len(source.boxes):
-                note = f'look-ahead {look_ahead} sees all {len(source.boxes)} boxes of the stream'
-                print(f'cell bench: note: {note}', file=sys.stderr)
             cases += [Case(name, spec, look_ahead, count, source) for name in algorithms]
+    _notes(cases)
     return cases
 
 
-def _source(arguments: argparse.Namespace, spec: BinSpec) -> Source:
+def _source_of_file(arguments: argparse.Namespace) -> Source:
+    """Boxes of the given file, or of the built-in one."""
+    from conveyor_sim.streams import load_boxes
     from pack_planner.bench.values import Source
 
-    if arguments.boxes is None and spec.name == 'SYN':
-        return Source('SYN, cut from ten bins')
-    from conveyor_sim.streams import load_boxes
-
     boxes, rejected = load_boxes('' if arguments.boxes is None else arguments.boxes)
-    for one in rejected:
-        print(f'cell bench: left out: {one.text}', file=sys.stderr)
     if not boxes:
-        msg = f'box file {arguments.boxes} holds no usable box'
+        msg = f'box file {arguments.boxes} holds no usable box; {rejected[0].text}'
         raise ValueError(msg)
-    digest = hashlib.sha256(repr(boxes).encode()).hexdigest()[:12]
     in_order = arguments.boxes is not None and (
         arguments.collections is None or arguments.shuffle is not None
     )
@@ -237,7 +235,27 @@ def _source(arguments: argparse.Namespace, spec: BinSpec) -> Source:
         name += f', shuffled with seed {arguments.shuffle}'
     else:
         name += ', in its order'
-    return Source(name, tuple(boxes), in_order, arguments.shuffle, digest)
+    return Source(
+        name=name,
+        boxes=tuple(boxes),
+        in_order=in_order,
+        shuffle=arguments.shuffle,
+        rejected=tuple((one.box_id, one.text) for one in rejected),
+        digest=hashlib.sha256(repr((boxes, rejected)).encode()).hexdigest()[:12],
+    )
+
+
+def _notes(cases: Sequence[Case]) -> None:
+    """Say on stderr what a user may not expect."""
+    for source in {case.source for case in cases}:
+        for _, text in source.rejected:
+            print(f'cell bench: left out: {text}', file=sys.stderr)
+    streams = {(case.look_ahead, len(case.source.boxes)) for case in cases if case.source.in_order}
+    for look_ahead, count in sorted(one for one in streams if one[0] > one[1]):
+        print(
+            f'cell bench: note: look-ahead {look_ahead} sees all {count} boxes of the stream',
+            file=sys.stderr,
+        )
 
 
 def _items(given: Sequence[str] | None, option: str, default: list[str]) -> list[str]:

@@ -51,8 +51,12 @@ def test_it_prints_and_writes_all_it_is_asked_for(tmp_path, capsys):
     assert outputs['f.svg'].read_text().lstrip().startswith('<?xml')
 
 
-def test_a_box_file_is_packed_and_what_does_not_fit_is_said(box_file, capsys):
-    assert bench('--algorithms', 'mpack_lite', '--bins', '60x40x40', '--boxes', box_file) == 0
+def test_a_box_file_is_packed_and_what_does_not_fit_is_said(box_file, tmp_path, capsys):
+    assert bench('--algorithms', 'mpack_lite', '--bins', '60x40x40', '--boxes', box_file,
+                 '--json', tmp_path / 'r.json') == 0  # fmt: skip
+    (record,) = json.loads((tmp_path / 'r.json').read_text())
+    assert (record['boxes'], record['placed']) == (5, 3)
+    assert [one['id'] for one in record['unplaced']] == ['bad', 'long']
     output = capsys.readouterr()
     assert "box 'long' 900x100x100 mm fits no empty 60x40x40 bin" in output.out
     assert 'column length_mm' in output.err and 'left out' in output.err

@@ -151,11 +151,18 @@ def test_walle_prefers_a_level_neighbour():
 
 
 def test_best_short_side_fit_fills_the_gap_that_fits():
-    # between slab and wall 300 mm are left: a 300 mm side leaves nothing over
-    placed = corner_of('best_short_side_fit', Box('new', (300.0, 150.0, 140.0)), SLAB)
-    x, y, _ = placed.corner_mm
-    dx, dy, _ = placed.size_mm
-    assert (x, dx) == (300, 300) or dx == 300 or dy == 400, (x, y, dx, dy)
+    # a gap of 120 mm between two walls of boxes takes the side of 120 mm with nothing left over
+    left = PlacedBox(Box('left', (300.0, 400.0, 300.0)), (0, 0, 0), (300, 400, 300))
+    right = PlacedBox(Box('right', (180.0, 400.0, 300.0)), (420, 0, 0), (180, 400, 300))
+    placed = corner_of('best_short_side_fit', Box('new', (120.0, 150.0, 140.0)), left, right)
+    assert (placed.corner_mm[0], placed.size_mm[0]) == (300, 120)
+
+
+def test_online_bph_turns_a_box_to_fit_the_gap():
+    left = PlacedBox(Box('left', (300.0, 400.0, 300.0)), (0, 0, 0), (300, 400, 300))
+    right = PlacedBox(Box('right', (150.0, 400.0, 300.0)), (450, 0, 0), (150, 400, 300))
+    placed = corner_of('online_bph', Box('new', (120.0, 150.0, 100.0)), left, right)
+    assert placed.corner_mm == (300, 0, 0) and placed.size_mm[0] == 150
 
 
 @pytest.mark.parametrize('name', ALGORITHMS)

@@ -60,6 +60,10 @@ class _Run:
         self._events: list[JsonObject] = []
         self._unplaced: list[JsonObject] = []
         self._gaps: list[float] = []
+        if case.source.in_order:
+            self._total += len(case.source.rejected)
+            for name, reason in case.source.rejected:
+                self._leave_out(name, reason)
         for _ in range(settings.open_bins):
             self._open_bin()
 
@@ -85,7 +89,7 @@ class _Run:
             self._close(seconds)
         else:
             box = self._look_ahead.pop(0)
-            self._leave_out(box, f'{self._case.algorithm} finds no place in an empty bin')
+            self._leave_out(box.id, f'{self._case.algorithm} finds no place in an empty bin')
         return True
 
     def result(self) -> Packed:
@@ -104,7 +108,7 @@ class _Run:
             box = self._stream.popleft()
             reason = self._fits_nowhere(box)
             if reason:
-                self._leave_out(box, reason)
+                self._leave_out(box.id, reason)
             else:
                 self._look_ahead.append(box)
 
@@ -116,8 +120,8 @@ class _Run:
             return f'{size} mm fits no empty {spec.name} bin, orientations {rule!r}'
         return self.engine.overweight(box)
 
-    def _leave_out(self, box: Box, reason: str) -> None:
-        self._unplaced.append({'collection': self._number, 'id': box.id, 'reason': reason})
+    def _leave_out(self, name: str, reason: str) -> None:
+        self._unplaced.append({'collection': self._number, 'id': name, 'reason': reason})
 
     def _open_bin(self) -> None:
         self._opened += 1

@@ -24,6 +24,7 @@ class Source:
     in_order : each collection is all of ``boxes``, as listed or shuffled; otherwise boxes are
         drawn with replacement.
     shuffle : seed of the order, ``None`` as listed.
+    rejected : id and reason of each row of the file that is no box.
     digest : changes with the content.
     """
 
@@ -31,6 +32,7 @@ class Source:
     boxes: tuple[Box, ...] = ()
     in_order: bool = False
     shuffle: int | None = None
+    rejected: tuple[tuple[str, str], ...] = ()
     digest: str = ''
 
 
@@ -77,7 +79,7 @@ class Packed:
     ----------
     boxes : boxes in the collection.
     events : lines of the plan, without the names of the case.
-    unplaced : id and reason of each box that fits no empty bin.
+    unplaced : id and reason of each box that fits no empty bin or is none.
     fills : ``fill_closed``, ``fill_all``, ``fill_first_failure`` in percent.
     closed_bins : how many were closed.
     gaps : proven gap of each placement, infinite where nothing is known.
