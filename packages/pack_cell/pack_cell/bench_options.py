@@ -122,6 +122,10 @@ def _add_answers(parser: argparse.ArgumentParser) -> None:
         '--cluster', default='', metavar='tcp://HOST:PORT',
         help='a running Dask scheduler instead; needs dask and distributed',
     )  # fmt: skip
+    where.add_argument(
+        '--clock', choices=('wall', 'cpu'), default='wall',
+        help='wall (default), or cpu on a busy machine: computing time of the deciding thread',
+    )  # fmt: skip
     output = parser.add_argument_group('output')
     output.add_argument(
         '--json', type=Path, metavar='OUT',
@@ -154,6 +158,7 @@ def settings_of(arguments: argparse.Namespace) -> Settings:
         seed=arguments.seed,
         budget_s=_budget(arguments),
         node_limit=arguments.budget_nodes,
+        cpu_clock=arguments.clock == 'cpu',
         weights=_weights(arguments.weights),
     )
 

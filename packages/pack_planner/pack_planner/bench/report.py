@@ -104,7 +104,7 @@ def sources(records: Sequence[JsonObject]) -> list[str]:
         found[one['bin'], boxes] = (
             f'{one["bin"]}: {one["collections"]} collections of {boxes}; orientations '
             f'{settings["orientations"]!r}, {settings["open_bins"]} open bins, seed '
-            f'{settings["seed"]}.'
+            f'{settings["seed"]}; {settings["clock"]} time.'
         )
     return list(found.values())
 

@@ -50,6 +50,7 @@ class _Run:
         self.engine = _engine(settings.profile, settings.weights)
         self._algorithm = find_algorithm(case.algorithm)
         self._case, self._settings, self._number = case, settings, number
+        self._clock = time.thread_time if settings.cpu_clock else time.perf_counter
         self._total = len(boxes)
         self._stream = deque(boxes)
         self._look_ahead: list[Box] = []
@@ -72,7 +73,7 @@ class _Run:
         self._refill()
         if not self._look_ahead:
             return False
-        started = time.perf_counter()
+        started = self._clock()
         problem = Problem(
             engine=self.engine,
             boxes=tuple(self._look_ahead),
@@ -82,7 +83,7 @@ class _Run:
             memory=self._memory,
         )
         choice = self._algorithm(problem)
-        seconds = time.perf_counter() - started
+        seconds = self._clock() - started
         if choice is not None:
             self._place(choice, seconds)
         elif any(one.boxes for one in self._open):

@@ -80,6 +80,7 @@ def identity(case: Case, settings: Settings) -> JsonObject:
             'weights': list(asdict(settings.weights).values()),
             'budget_s': settings.budget_s,
             'node_limit': settings.node_limit,
+            'clock': 'cpu' if settings.cpu_clock else 'wall',
             'seed': settings.seed,
             'boxes_per_bin': None if source.boxes else settings.boxes_per_bin,
             'shuffle': source.shuffle,

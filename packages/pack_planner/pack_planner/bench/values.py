@@ -60,6 +60,7 @@ class Settings:
     seed : of the collections.
     budget_s : seconds that a decision may take.
     node_limit : search nodes that a decision may take, ``None`` for no limit.
+    cpu_clock : measure the computing time of the deciding thread instead of elapsed time.
     """
 
     profile: Profile
@@ -69,6 +70,7 @@ class Settings:
     seed: int = 1
     budget_s: float = 5.0
     node_limit: int | None = None
+    cpu_clock: bool = False
 
 
 @dataclass(frozen=True)
