@@ -91,6 +91,12 @@ class RunRecord:
         if self.scan is not None:
             for item in self.scan.boxes:
                 found.setdefault(item.box.id, []).append('belt')
+        # A box that came back may have to wait at the induct for its place on the belt.
+        on_the_way = self.scan is not None and bool(self.scan.boxes or self.scan.remaining)
+        for box_id, where in found.items():
+            last = self.events.get(box_id)
+            if on_the_way and not where and (last is None or last.event is BoxEventKind.RETURNED):
+                where.append('belt')
         for box_id, event in self.events.items():
             if event.event in (BoxEventKind.REJECTED, BoxEventKind.LOST):
                 found[box_id].append(_FINAL[event.event])

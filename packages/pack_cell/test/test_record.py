@@ -112,6 +112,18 @@ def test_a_vanished_box_is_found():
     assert "box 'a' is in 0 places" in line
 
 
+def test_a_box_that_waits_for_its_place_on_the_belt_is_on_the_belt():
+    record = finished_record()
+    other = Box('b', (300.0, 200.0, 100.0))
+    record.on_scan(scan(other, supplied=2, remaining=1))
+    record.on_event(event(BoxEventKind.RETURNED, 'b', stamp=6.0))
+    record.on_scan(scan(supplied=2, remaining=1))
+    assert record.unaccounted() == []
+    record.on_scan(scan(supplied=2, remaining=0))
+    [line] = record.unaccounted()
+    assert "box 'b' is in 0 places" in line
+
+
 def test_boxes_that_no_topic_showed_are_found():
     record = finished_record()
     record.on_scan(scan(supplied=3))
