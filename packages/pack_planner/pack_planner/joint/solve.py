@@ -27,12 +27,13 @@ from pack_msgs_py.values import Box, PlacedBox
 from pack_planner.engine import BinModel, Candidate, Engine
 from pack_planner.engine.engine import REFUSED_RADIUS_MM, Forbidden
 from pack_planner.engine.height_map import GRAVITY
-from pack_planner.joint.domains import Entries, find_entries, paint
-from pack_planner.joint.tree import FULL, OPEN, PAUSED, PROVEN, SOLUTION, evaluate, grow, push
+from pack_planner.joint.domains import Entries, alone_entries, landing_bound, leaning_entries, paint
+from pack_planner.joint.tree import FULL, PAUSED, PROVEN, SOLUTION, grow, push
 
 _FIRST_ROOM = 1 << 13
 _MOST_ROOM = 1 << 19
 _CHUNK = 200
+_MOST_ENTRIES = 1_000_000
 _EPS = 1e-6
 
 
@@ -166,7 +167,8 @@ class JointSearch:
             if self._counters[0] > 0 and why != SOLUTION:
                 self._lower = max(self._lower, float(self._tree[0][self._heap[0]]))
             if why == PROVEN:
-                self._finished = True
+                self._finished = self._complete
+                break
             elif why == SOLUTION:
                 self._lower = max(self._lower, float(self._tree[0][node]))
                 self._take(int(node))
@@ -189,7 +191,7 @@ class JointSearch:
         found = []
         for index, box in enumerate(self._boxes):
             entry = [int(value) for value in self._entries[self._tree[3][node, index]]]
-            corner = (entry[1], entry[2], int(self._tree[4][node, index]))
+            corner = (entry[1], entry[2], entry[3])
             size = (entry[4], entry[5], entry[6])
             placed = PlacedBox(box, corner, size, ORIENTATIONS[entry[8]])
             found.append(Candidate(placed, entry[0], self._engine.objective(placed, entry[0])))
@@ -217,93 +219,132 @@ class JointSearch:
             heights[index, : cells[index][0], : cells[index][1]] = painted[0]
             self._maps.append(painted)
         count = len(self._boxes)
-        least = np.array([self._least(i, forbidden) for i in range(count)])
-        rows: list[Entries] = []
-        costs: list[NDArray[np.float64]] = []
-        for i in range(count):
-            cap = math.inf
-            if math.isfinite(self._upper):
-                cap = self._upper - (least.sum() - least[i]) - _EPS
-            found = (
-                self._find(i, forbidden, cap, False) if np.isfinite(least).all() else []
-            )
-            entries = np.concatenate([np.empty((0, 9), np.int64), *(one for one, _ in found)])
-            cost = np.concatenate([np.empty(0), *(one for _, one in found)])
-            order = np.argsort(cost, kind='stable')
-            rows.append(entries[order])
-            costs.append(cost[order])
+        self._least = self._bounds(forbidden)
+        rows, costs, complete = self._domains(forbidden)
+        self._complete = complete
         self._entries = np.concatenate(rows)
         starts = np.cumsum([0, *map(len, rows)])
         centres = np.zeros((count, 6, 2))
         for i, turns in enumerate(self._turns):
             centres[i, turns.numbers] = turns.centres
-        zones = [self._zones(i, forbidden) for i in range(count)]
         self._problem = (
             self._entries, np.concatenate(costs), starts, centres,
             np.concatenate([model.boxes for model in self._bins]),
             np.cumsum([0, *(len(model.boxes) for model in self._bins)]), heights,
-            np.array([model.source.spec.size_mm for model in self._bins], np.int64),
-            self._rule, profile.min_vertices, np.concatenate(zones),
-            np.cumsum([0, *map(len, zones)]), REFUSED_RADIUS_MM, self._weights,
+            self._rule, profile.min_vertices,
         )  # fmt: skip
         self._heap = np.empty(_FIRST_ROOM, np.int64)
         self._counters = np.zeros(3, np.int64)
         self._tree = _empty_tree(_FIRST_ROOM, count)
-        self._lower = float(least.sum())
-        self._plant(least)
+        self._lower = float(self._least.sum())
+        self._plant()
 
-    def _plant(self, least: NDArray[np.float64]) -> None:
+    def _plant(self) -> None:
         """The root: every box at its cheapest entry."""
-        count = len(self._boxes)
-        avoid, fixed = np.empty((256, 7), np.int64), np.empty((count + 1, 7), np.int64)
-        self._finished = not np.isfinite(least).all() or not all(
-            evaluate(0, i, self._tree, self._problem, avoid, fixed, math.inf) for i in range(count)
-        )
-        if self._finished:
+        starts, costs = self._problem[2], self._problem[1]
+        if (np.diff(starts) == 0).any():
+            self._finished = self._complete
             return
-        self._tree[0][0] = self._tree[5][0].sum()
-        self._tree[12][0] = OPEN
-        self._counters[:2] = push(self._heap, 0, self._tree[0], 0), 1
+        lb, pick, cost = self._tree[0], self._tree[3], self._tree[4]
+        pick[0], cost[0] = starts[:-1], costs[starts[:-1]]
+        lb[0] = cost[0].sum()
+        self._lower = max(self._lower, float(lb[0]))
+        self._counters[:2] = push(self._heap, 0, lb, 0), 1
 
-    def _least(self, box: int, forbidden: Forbidden) -> float:
-        """The cheapest entry of ``box``: no joint solution has it cheaper."""
-        found = self._find(box, forbidden, math.inf, True)
-        return min((float(cost[0]) for _, cost in found if len(cost)), default=math.inf)
+    def _domains(
+        self, forbidden: Forbidden
+    ) -> tuple[list[Entries], list[NDArray[np.float64]], bool]:
+        """Entries of each box and their costs, cheapest first, and whether these are all."""
+        count = len(self._boxes)
+        rows = [np.empty((0, 10), np.int64)] * count
+        costs = [np.empty(0)] * count
+        complete = True
+        if not np.isfinite(self._least).all():
+            return rows, costs, True
+        for _ in range(3):
+            caps = self._caps()
+            found = [
+                self._in_bin(index, caps, forbidden) for index in range(len(self._bins))
+            ]
+            complete = all(one[2] for one in found)
+            entries = np.concatenate([one[0] for one in found])
+            cost = np.concatenate([one[1] for one in found])
+            for i in range(count):
+                own = np.flatnonzero(entries[:, 9] == i)
+                own = own[np.argsort(cost[own], kind='stable')]
+                rows[i], costs[i] = entries[own], cost[own]
+            if not complete or any(len(one) == 0 for one in rows):
+                break
+            self._least = np.maximum(self._least, [float(one[0]) for one in costs])
+            if self._caps().sum() > caps.sum() - 100.0 * count:
+                break
+        if complete and all(len(one) for one in rows):
+            for i, cap in enumerate(self._caps()):
+                keep = int(np.searchsorted(costs[i], cap))
+                rows[i], costs[i] = rows[i][:keep], costs[i][:keep]
+        return rows, costs, complete
 
-    def _find(
-        self, box: int, forbidden: Forbidden, cap: float, least_only: bool
-    ) -> list[tuple[Entries, NDArray[np.float64]]]:
-        one, turns = self._boxes[box], self._turns[box]
-        others = [t.sizes[:, 2].min() for i, t in enumerate(self._turns) if i != box and len(t.sizes)]
-        filler = int(min(others, default=-1))
-        zones = self._zones(box, forbidden)
-        found = []
+    def _caps(self) -> NDArray[np.float64]:
+        """The most each box may cost in a better solution than the best known."""
+        return self._upper - (self._least.sum() - self._least) - _EPS
+
+    def _bounds(self, forbidden: Forbidden) -> NDArray[np.float64]:
+        """For each box, the least cost of a place where it lands, supported or not."""
+        least = np.full(len(self._boxes), math.inf)
         for index, model in enumerate(self._bins):
-            refused = forbidden(one, model.source)
-            if refused is None or model.blocked or not takes_weight(one, model, self._engine):
-                continue
-            height, owner = self._maps[index]
-            lines = [np.ones((len(turns.sizes), cells), np.bool_) for cells in height.shape]
-            entries, costs = find_entries(
-                index, model.source.spec.size_mm, model.boxes, height, owner, model.slack,
-                model.passed_on, self._rule, self._engine.profile.min_vertices, turns.sizes,
-                turns.numbers, turns.centres, one.weight_kg * GRAVITY,
-                zones[zones[:, 0] == index][:, 1:], REFUSED_RADIUS_MM,
-                (*self._weights[:2], self._weights[2] * (index + 1)), filler, cap, least_only,
-                *lines,
+            shapes, _ = self._shapes(index, forbidden)
+            landing_bound(
+                model.source.spec.size_mm, self._maps[index][0], self._rule[0], shapes,
+                self._bin_weights(index), least,
             )  # fmt: skip
-            if len(costs):
-                found.append((entries, costs))
-                if least_only:
-                    cap = min(cap, float(costs[0]))
+        return least
+
+    def _shapes(
+        self, index: int, forbidden: Forbidden
+    ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Rows (box, orientation, dx, dy, dz) and centres of mass of what may go into a bin."""
+        shapes, centres = [np.empty((0, 5), np.int64)], [np.empty((0, 2))]
+        model = self._bins[index]
+        for i, (box, turns) in enumerate(zip(self._boxes, self._turns, strict=True)):
+            if (
+                forbidden(box, model.source) is None
+                or model.blocked
+                or not takes_weight(box, model, self._engine)
+            ):
+                continue
+            which = np.full((len(turns.numbers), 1), i)
+            shapes.append(np.hstack((which, turns.numbers[:, None], turns.sizes)))
+            centres.append(turns.centres)
+        return np.concatenate(shapes), np.concatenate(centres)
+
+    def _bin_weights(self, index: int) -> tuple[float, float, float]:
+        return (self._weights[0], self._weights[1], self._weights[2] * (index + 1))
+
+    def _in_bin(
+        self, index: int, caps: NDArray[np.float64], forbidden: Forbidden
+    ) -> tuple[Entries, NDArray[np.float64], bool]:
+        model = self._bins[index]
+        shapes, centres = self._shapes(index, forbidden)
+        height, owner = self._maps[index]
+        size, vertices = model.source.spec.size_mm, self._engine.profile.min_vertices
+        forces = np.array([box.weight_kg * GRAVITY for box in self._boxes])
+        zones, weights = self._zones(index, forbidden), self._bin_weights(index)
+        alone = alone_entries(
+            index, size, model.boxes, height, owner, model.slack, model.passed_on, self._rule,
+            vertices, shapes, centres, forces, zones, REFUSED_RADIUS_MM, weights, caps,
+        )  # fmt: skip
+        found: tuple[Entries, NDArray[np.float64], bool] = leaning_entries(
+            index, size, height, self._rule, vertices, shapes, zones, REFUSED_RADIUS_MM, weights,
+            caps, *alone, len(self._boxes), _MOST_ENTRIES,
+        )  # fmt: skip
         return found
 
-    def _zones(self, box: int, forbidden: Forbidden) -> NDArray[np.int64]:
-        """Refused positions of ``box`` as rows (bin, orientation, x, y, z)."""
+    def _zones(self, index: int, forbidden: Forbidden) -> NDArray[np.int64]:
+        """Refused positions in one bin as rows (box, orientation, x, y, z)."""
         rows = [
-            (index, ORIENTATIONS.index(zone.orientation), *zone.corner_mm)
-            for index, model in enumerate(self._bins)
-            for zone in forbidden(self._boxes[box], model.source) or ()
+            (i, ORIENTATIONS.index(zone.orientation), *zone.corner_mm)
+            for i, box in enumerate(self._boxes)
+            for zone in forbidden(box, self._bins[index].source) or ()
         ]
         return np.array(rows, np.int64).reshape(-1, 5)
 
@@ -315,15 +356,16 @@ class JointSearch:
 def _empty_tree(room: int, count: int) -> tuple[NDArray[np.generic], ...]:
     """Arrays of the nodes.
 
-    Bound, parent, restriction, and per box the entry, its height, its cost, how many fixed boxes it
-    may stand on (-1: it may lean), the box it must rest on; the fixed boxes in order, their number;
-    which boxes must lean; whether an ancestor has a RAISE or fixed a box that is no carrier; kind.
+    Bound, parent, restriction, and per box the entry, its cost, how many fixed boxes it may stand
+    on (-1: it may lean), the box it must rest on; the fixed boxes in order, their number; which
+    boxes (bits) carry each box; whether an ancestor left an entry out; kind; per box the level at
+    which it must lean and the one at which its top must be (bin and height in one number, -1: any).
     """
+    wide = (room, count)
     return (
         np.zeros(room), np.full(room, -1, np.int64), np.zeros((room, 9), np.int64),
-        np.zeros((room, count), np.int64), np.zeros((room, count), np.int64),
-        np.zeros((room, count)), np.full((room, count), -1, np.int8),
-        np.full((room, count), -1, np.int8), np.full((room, count), -1, np.int8),
-        np.zeros(room, np.int8), np.zeros((room, count), np.int8), np.zeros(room, np.int8),
-        np.zeros(room, np.int8),
+        np.zeros(wide, np.int64), np.zeros(wide), np.full(wide, -1, np.int8),
+        np.full(wide, -1, np.int8), np.full(wide, -1, np.int8), np.zeros(room, np.int8),
+        np.zeros(wide, np.int64), np.zeros(room, np.int8), np.zeros(room, np.int8),
+        np.full(wide, -1, np.int64), np.full(wide, -1, np.int64),
     )  # fmt: skip

@@ -1,8 +1,7 @@
 """Compiled: best-first branch and bound over what the boxes of a look-ahead must avoid.
 
-A node restricts each box: volumes it must not meet, what it may rest on, or a fixed position. Its
-bound is the sum over the boxes of the cheapest entry they are still allowed, each on its own.
-The cheapest open node is taken first.
+A node restricts each box to some of its entries. Its bound is the sum over the boxes of the
+cheapest entry they are still allowed, each on its own. The cheapest open node is taken first.
 
 ``overlap``
     Two boxes of the node meet. No two boxes can both contain a point they share, so either the
@@ -10,13 +9,15 @@ The cheapest open node is taken first.
     (the point is chosen at its far upper end). This is conflict-based search (Sharon, Stern,
     Felner, Sturtevant 2015) with boxes for agents and points for crossings.
 ``nothing under it``
-    A box leans on air. Either it stands on placed and fixed boxes, or it depends on free ones.
-    Then some free box carries a dependent one; take the lowest such carrier k and a box j on it:
-    k stands on placed and fixed boxes alone, since all that carries it is lower. One child for
-    each pair (k, j), which is split further over every position of k. Carriers are fixed
-    lowest first, so no set of them comes up in two orders.
+    A box leans on air at height z of a bin. Either it does not lean at z there, or it does, and
+    then some other box has its top there: one child for each. When such a carrier is known and
+    still not under the box, one child for each entry of the carrier.
+    Once its known carriers are fixed, it stands on them, or yet another box carries it too.
 ``neither``
     The node is a joint solution, and as the cheapest open node an optimal one.
+
+Entries of a box are sorted by cost, and restrictions only grow from a node to its children, so the
+cheapest allowed entry is looked for from the parent's on.
 """
 
 from __future__ import annotations
@@ -24,18 +25,20 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from pack_planner.joint.cheapest import next_height, rests_on
+from pack_planner.joint.cheapest import allowed, lies_on, rests_on
 
 EPS = 1e-6
 
-#: Kinds of node: evaluated, pair still to be split, carrier fixed but the others not evaluated.
-OPEN, PAIR, FIXED = 0, 1, 2
+#: Kinds of node: evaluated, or a box was fixed and the others are not evaluated yet.
+OPEN, FIXED = 0, 1
 #: Kinds of restriction that a node adds to its parent's.
-NOTHING, AVOID, RAISE = 0, 1, 2
+NOTHING, AVOID, WITHOUT, NOT_AT = 0, 1, 2, 3
 #: Why the search returns.
 PROVEN, PAUSED, SOLUTION, FULL = 0, 1, 2, 3
 
 _MAX_AVOID = 256
+#: Bin and height in one number.
+_LEVEL = 100_000
 
 
 @njit(cache=True, nogil=True)
@@ -76,113 +79,149 @@ def pop(heap, size, lb):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def volume_of(entry, z, out):  # type: ignore[no-untyped-def]
-    """Write (bin, x0, y0, z0, x1, y1, z1) of a box at ``entry``, base at ``z``."""
-    out[0], out[1], out[2], out[3] = entry[0], entry[1], entry[2], z
-    out[4], out[5], out[6] = entry[1] + entry[4], entry[2] + entry[5], z + entry[6]
+def volume_of(entry, out):  # type: ignore[no-untyped-def]
+    """Write (bin, x0, y0, z0, x1, y1, z1) of a box at ``entry``."""
+    out[:4] = entry[:4]
+    out[4:] = entry[1:4] + entry[4:7]
 
 
 @njit(cache=True, nogil=True)
-def _restrictions(node, box, tree, problem, avoid, fixed):  # type: ignore[no-untyped-def]
-    """Gather what ``box`` must avoid and the fixed boxes; returns (avoided, fixed count)."""
-    parent, restriction, pick, height, order, fixes = (
-        tree[1], tree[2], tree[3], tree[4], tree[8], tree[9],
-    )  # fmt: skip
-    entries = problem[0]
-    count = fixes[node]
+def _restrictions(node, box, tree, entries, avoid, levels, fixed):  # type: ignore[no-untyped-def]
+    """Gather what ``box`` must avoid and the fixed boxes; returns how many of each."""
+    parent, restriction, pick, order, fixes = tree[1], tree[2], tree[3], tree[7], tree[8]
+    count = np.int64(fixes[node])
     for k in range(count):
-        which = order[node, k]
-        volume_of(entries[pick[node, which]], height[node, which], fixed[k])
+        volume_of(entries[pick[node, order[node, k]]], fixed[k])
         avoid[k] = fixed[k]
-    avoided = count
+    avoided, leveled = count, 0
     at = node
-    while at >= 0 and avoided < _MAX_AVOID:
-        if restriction[at, 0] == AVOID and restriction[at, 1] == box:
-            avoid[avoided] = restriction[at, 2:9]
-            avoided += 1
+    while at >= 0 and max(avoided, leveled) < _MAX_AVOID:
+        if restriction[at, 1] == box:
+            if restriction[at, 0] == AVOID:
+                avoid[avoided] = restriction[at, 2:9]
+                avoided += 1
+            elif restriction[at, 0] == NOT_AT:
+                levels[leveled] = restriction[at, 2]
+                leveled += 1
         at = parent[at]
-    return avoided, count
+    return avoided, leveled, count
 
 
 @njit(cache=True, nogil=True)
-def _least_height(node, box, entry, tree):  # type: ignore[no-untyped-def]
-    """How high RAISE restrictions of the node's ancestors force this entry of ``box``."""
+def _left_out(node, box, index, tree):  # type: ignore[no-untyped-def]
+    """Whether an ancestor leaves this entry of ``box`` out."""
     parent, restriction = tree[1], tree[2]
-    least = -1
     at = node
     while at >= 0:
         if (
-            restriction[at, 0] == RAISE
+            restriction[at, 0] == WITHOUT
             and restriction[at, 1] == box
-            and restriction[at, 2] == entry
+            and restriction[at, 2] == index
         ):
-            least = max(least, restriction[at, 3])
+            return True
         at = parent[at]
-    return least
+    return False
 
 
 @njit(cache=True, nogil=True)
-def evaluate(node, box, tree, problem, avoid, fixed, limit):  # type: ignore[no-untyped-def]
-    """Find the cheapest allowed entry of ``box`` and write it into the node; False if none."""
-    pick, height, cost, alone, on, order = tree[3], tree[4], tree[5], tree[6], tree[7], tree[8]
-    leaning, raised = tree[10], tree[11]
-    (entries, costs, starts, centres, boxes, spans, heights, bin_sizes, rule, min_vertices,
-     zones, zone_spans, radius, weights) = problem  # fmt: skip
-    avoided, count = _restrictions(node, box, tree, problem, avoid, fixed)
+def next_entry(node, box, first, tree, problem, space, limit):  # type: ignore[no-untyped-def]
+    """Number of the cheapest entry from ``first`` on that the node allows ``box``; -1 if none.
+
+    None that costs ``limit`` or more is wanted.
+    """
+    alone, on, order, raised, level, top = (
+        tree[5], tree[6], tree[7], tree[10], tree[12], tree[13],
+    )  # fmt: skip
+    entries, costs, starts, centres, boxes, spans, heights, rule, min_vertices = problem
+    avoid, levels, fixed = space
+    avoided, leveled, count = _restrictions(node, box, tree, entries, avoid, levels, fixed)
     row = -1
     for k in range(count):
         if order[node, k] == on[node, box]:
             row = k
-    own_zones = zones[zone_spans[box] : zone_spans[box + 1]]
-    best = limit
-    found = -1
-    for index in range(starts[box], starts[box + 1]):
-        if costs[index] >= best - EPS:
-            break
+    at, own_top = level[node, box], top[node, box]
+    for index in range(first, starts[box + 1]):
+        if costs[index] >= limit - EPS:
+            return -1
         entry = entries[index]
-        least = -1
-        if raised[node]:
-            least = _least_height(node, box, index, tree)
-        z = next_height(
-            entry, centres[box, entry[8]], least, alone[node, box], fixed, row,
-            leaning[node, box], avoid, avoided, own_zones, radius,
-            boxes, spans, heights, bin_sizes, rule, min_vertices,
-        )  # fmt: skip
-        if z < 0:
+        if at >= 0 and (entry[7] == 0 or entry[3] != at % _LEVEL or entry[0] != at // _LEVEL):
             continue
-        value = costs[index] + weights[1] * (z - entry[3])
-        if value < best - EPS:
-            best = value
-            found = index
-            height[node, box] = z
-    if found < 0:
-        return False
-    pick[node, box] = found
-    cost[node, box] = best
-    return True
+        if own_top >= 0:
+            below = own_top % _LEVEL - entry[3] - entry[6]
+            if below < 0 or below > rule[1] or entry[0] != own_top // _LEVEL:
+                continue
+        if entry[7] == 1:
+            good = True
+            for k in range(leveled):
+                if levels[k] == entry[0] * _LEVEL + entry[3]:
+                    good = False
+                    break
+            if not good:
+                continue
+        if not allowed(
+            entry, centres[box, entry[8]], np.int64(alone[node, box]), fixed, row, avoid, avoided,
+            boxes, spans, heights, rule, min_vertices,
+        ):  # fmt: skip
+            continue
+        if raised[node] and _left_out(node, box, index, tree):
+            continue
+        return index
+    return -1
 
 
 @njit(cache=True, nogil=True)
-def _copy(tree, source, target):  # type: ignore[no-untyped-def]
-    lb, parent, restriction, pick, height, cost, alone, on, order, fixes, leaning, raised, _ = tree
-    lb[target] = lb[source]
-    parent[target] = source
-    restriction[target, 0] = NOTHING
-    pick[target] = pick[source]
-    height[target] = height[source]
-    cost[target] = cost[source]
-    alone[target] = alone[source]
-    on[target] = on[source]
-    order[target] = order[source]
-    fixes[target] = fixes[source]
-    leaning[target] = leaning[source]
-    raised[target] = raised[source]
+def evaluate(node, box, tree, problem, space, bound):  # type: ignore[no-untyped-def]
+    """Move ``box`` to its cheapest allowed entry and raise the node's bound; False if hopeless."""
+    lb, pick, cost = tree[0], tree[3], tree[4]
+    others = _sum(cost[node]) - cost[node, box]
+    found = next_entry(node, box, pick[node, box], tree, problem, space, bound - others)
+    if found < 0:
+        return False
+    pick[node, box] = found
+    cost[node, box] = problem[1][found]
+    lb[node] = max(lb[node], others + cost[node, box])
+    return lb[node] < bound - EPS
+
+
+@njit(cache=True, nogil=True)
+def _sum(values):  # type: ignore[no-untyped-def]
+    total = 0.0
+    for value in values:
+        total += value
+    return total
+
+
+@njit(cache=True, nogil=True)
+def _child(tree, source, counters):  # type: ignore[no-untyped-def]
+    """Copy ``source`` to the next free place; it is kept once ``counters[1]`` has moved on."""
+    target = counters[1]
+    tree[0][target] = tree[0][source]
+    tree[1][target] = source
+    tree[2][target, 0] = NOTHING
+    tree[3][target] = tree[3][source]
+    tree[4][target] = tree[4][source]
+    tree[5][target] = tree[5][source]
+    tree[6][target] = tree[6][source]
+    tree[7][target] = tree[7][source]
+    tree[8][target] = tree[8][source]
+    tree[9][target] = tree[9][source]
+    tree[10][target] = tree[10][source]
+    tree[11][target] = OPEN
+    tree[12][target] = tree[12][source]
+    tree[13][target] = tree[13][source]
+    return target
+
+
+@njit(cache=True, nogil=True)
+def _keep(child, tree, heap, counters):  # type: ignore[no-untyped-def]
+    counters[1] = child + 1
+    counters[0] = push(heap, counters[0], tree[0], child)
 
 
 @njit(cache=True, nogil=True)
 def _is_fixed(tree, node, box):  # type: ignore[no-untyped-def]
-    for k in range(tree[9][node]):
-        if tree[8][node, k] == box:
+    for k in range(tree[8][node]):
+        if tree[7][node, k] == box:
             return True
     return False
 
@@ -205,14 +244,6 @@ def _depth(a, b, out):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _sum(values):  # type: ignore[no-untyped-def]
-    total = 0.0
-    for value in values:
-        total += value
-    return total
-
-
-@njit(cache=True, nogil=True)
 def _worst_overlap(node, count, volumes, tree, point):  # type: ignore[no-untyped-def]
     """The pair of boxes that overlap most deeply, (-1, -1) if none do; its far point."""
     trial = np.empty(4, np.int64)
@@ -227,101 +258,153 @@ def _worst_overlap(node, count, volumes, tree, point):  # type: ignore[no-untype
 
 
 @njit(cache=True, nogil=True)
-def _split_pair(node, tree, problem, state, bound, avoid, fixed):  # type: ignore[no-untyped-def]
-    """Push one node for each position that the carrier of a pair can have."""
-    lb, parent, restriction, pick, height, cost, alone, on, order, fixes, leaning, raised, kind = (
-        tree
-    )
-    (entries, costs, starts, centres, boxes, spans, heights, bin_sizes, rule, min_vertices,
-     zones, zone_spans, radius, weights) = problem  # fmt: skip
-    heap = state[0]
-    size, used = state[1][0], state[1][1]
-    carrier, upper = restriction[node, 1], restriction[node, 2]
-    count_boxes = len(starts) - 1
-    avoided, count = _restrictions(node, carrier, tree, problem, avoid, fixed)
-    own_zones = zones[zone_spans[carrier] : zone_spans[carrier + 1]]
-    others = 0.0
-    for i in range(count_boxes):
-        if i != carrier and i != upper:
-            others += cost[node, i]
-    last_z, last_box = -1, -1
-    if count > 0 and not raised[node]:
-        last_box = order[node, count - 1]
-        last_z = height[node, last_box]
-    step = rule[0]
-    shapes = _shapes(entries, starts, upper)
-    for index in range(starts[carrier], starts[carrier + 1]):
-        if others + costs[index] + cost[node, upper] >= bound - EPS:
-            break
-        entry = entries[index]
-        least = -1
-        if raised[node]:
-            least = _least_height(node, carrier, index, tree)
-        z = next_height(
-            entry, centres[carrier, entry[8]], least, np.int64(count), fixed, -1,
-            leaning[node, carrier], avoid, avoided, own_zones, radius,
-            boxes, spans, heights, bin_sizes, rule, min_vertices,
-        )  # fmt: skip
-        if z < 0 or z < last_z or (z == last_z and carrier < last_box):
+def _part(node, one, two, point, tree, problem, space, state, bound):  # type: ignore[no-untyped-def]
+    """Either box leaves out the cell before the far upper ``point`` of what they share."""
+    restriction = tree[2]
+    heap, counters = state
+    step = problem[7][0]
+    for i in (one, two):
+        if _is_fixed(tree, node, i):
             continue
-        top = z + entry[6]
-        least_on = np.inf
-        for shape in shapes:
-            if shape[0] != entry[0] or top + shape[3] > bin_sizes[entry[0], 2]:
-                continue
-            x = max(0, entry[1] - shape[1] + step)
-            y = max(0, entry[2] - shape[2] + step)
-            least_on = min(
-                least_on, weights[0] * (x + y) + weights[1] * (top + shape[3])
-            )
-        least_on += weights[2] * (entry[0] + 1)
-        total = (
-            others + costs[index] + weights[1] * (z - entry[3]) + max(least_on, cost[node, upper])
-        )
-        if total >= bound - EPS:
-            continue
-        child = used
-        used += 1
-        _copy(tree, node, child)
-        kind[child] = FIXED
-        restriction[child, 1] = carrier
-        restriction[child, 2] = upper
-        pick[child, carrier] = index
-        height[child, carrier] = z
-        cost[child, carrier] = costs[index] + weights[1] * (z - entry[3])
-        order[child, count] = carrier
-        fixes[child] = count + 1
-        on[child, upper] = carrier
-        leaning[child, upper] = 1
-        lb[child] = max(lb[node], total)
-        size = push(heap, size, lb, child)
-        state[1][0], state[1][1] = size, used
+        child = _child(tree, node, counters)
+        row = restriction[child]
+        row[0], row[1], row[2] = AVOID, i, point[0]
+        row[3], row[4], row[5] = point[1] - step, point[2] - step, point[3] - 1
+        row[6:9] = point[1:4]
+        if evaluate(child, i, tree, problem, space, bound):
+            _keep(child, tree, heap, counters)
 
 
 @njit(cache=True, nogil=True)
-def _shapes(entries, starts, box):  # type: ignore[no-untyped-def]
-    """The different (bin, dx, dy, dz) among the leaning entries of ``box``."""
-    found = np.empty((64, 4), np.int64)
-    count = 0
-    for index in range(starts[box], starts[box + 1]):
-        entry = entries[index]
-        if entry[7] == 0:
+def _spread(node, carrier, upper, tree, problem, space, state, bound):  # type: ignore[no-untyped-def]
+    """One child for each entry of ``carrier``, fixed there, with ``upper`` on it."""
+    restriction, pick, cost, on = tree[2], tree[3], tree[4], tree[6]
+    order, fixes, kind = tree[7], tree[8], tree[11]
+    entries, costs = problem[0], problem[1]
+    rule = problem[7]
+    heap, counters = state
+    others = _sum(cost[node]) - cost[node, carrier]
+    index = pick[node, carrier]
+    upper_fixed = _is_fixed(tree, node, upper)
+    volume = np.empty(7, np.int64)
+    while True:
+        index = next_entry(node, carrier, index, tree, problem, space, bound - others)
+        if index < 0:
+            return
+        volume_of(entries[index], volume)
+        if not upper_fixed or lies_on(entries[pick[node, upper]], volume, rule[1]):
+            child = _child(tree, node, counters)
+            kind[child] = FIXED
+            restriction[child, 2] = carrier
+            restriction[child, 3] = upper
+            pick[child, carrier] = index
+            cost[child, carrier] = costs[index]
+            order[child, fixes[node]] = carrier
+            fixes[child] = fixes[node] + 1
+            on[child, upper] = carrier
+            tree[0][child] = max(tree[0][node], others + costs[index])
+            _keep(child, tree, heap, counters)
+        index += 1
+
+
+@njit(cache=True, nogil=True)
+def _settle(node, volumes, tree, problem, space, bound):  # type: ignore[no-untyped-def]
+    """Evaluate the other boxes of a node in which one was just fixed; False if hopeless."""
+    entries = problem[0]
+    carrier, upper = tree[2][node, 2], tree[2][node, 3]
+    tree[11][node] = OPEN
+    point = np.empty(4, np.int64)
+    volume_of(entries[tree[3][node, carrier]], volumes[carrier])
+    count = len(volumes)
+    for turn in range(count):
+        # the box on the carrier first: it is the likeliest to have no place
+        i = upper if turn == 0 else (turn - 1 if turn <= upper else turn)
+        if _is_fixed(tree, node, i):
             continue
-        known = False
-        for k in range(count):
-            if (
-                found[k, 0] == entry[0]
-                and found[k, 1] == entry[4]
-                and found[k, 2] == entry[5]
-                and found[k, 3] == entry[6]
+        volume_of(entries[tree[3][node, i]], volumes[i])
+        if i != upper and _depth(volumes[i], volumes[carrier], point) == 0:
+            continue
+        if not evaluate(node, i, tree, problem, space, bound):
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True)
+def _carry(node, box, tree, problem, space, state, bound):  # type: ignore[no-untyped-def]
+    """Split on what is under ``box``, which leans on air; see the top of this file."""
+    restriction, pick, alone, on, fixes = tree[2], tree[3], tree[5], tree[6], tree[8]
+    carriers, level, top = tree[9], tree[12], tree[13]
+    entries, tolerance = problem[0], problem[7][1]
+    heap, counters = state
+    count = len(problem[2]) - 1
+    entry = entries[pick[node, box]]
+    here = entry[0] * _LEVEL + entry[3]
+    settled = level[node, box] >= 0 or _is_fixed(tree, node, box)
+    for m in range(count):
+        if carriers[node, box] >> m & 1 and not _is_fixed(tree, node, m):
+            _spread(node, m, box, tree, problem, space, state, bound)
+            return
+    if not settled or not _is_fixed(tree, node, box):
+        child = _child(tree, node, counters)
+        if not settled:
+            restriction[child, 0], restriction[child, 1] = NOT_AT, box
+            restriction[child, 2] = here
+        else:
+            alone[child, box] = fixes[node]
+        if evaluate(child, box, tree, problem, space, bound):
+            _keep(child, tree, heap, counters)
+    for m in range(count):
+        if m == box or carriers[node, box] >> m & 1:
+            continue
+        below = entries[pick[node, m]]
+        gap = entry[3] - below[3] - below[6]
+        child = _child(tree, node, counters)
+        level[child, box] = here
+        carriers[child, box] |= 1 << m
+        if _is_fixed(tree, node, m):
+            if below[0] != entry[0] or gap < 0 or gap > tolerance:
+                continue
+            on[child, box] = m
+            if not _is_fixed(tree, node, box) and not evaluate(
+                child, box, tree, problem, space, bound
             ):
-                known = True
-                break
-        if not known and count < 64:
-            found[count, 0], found[count, 1] = entry[0], entry[4]
-            found[count, 2], found[count, 3] = entry[5], entry[6]
-            count += 1
-    return found[:count]
+                continue
+        else:
+            if top[node, m] >= 0 and tolerance > 0:
+                if top[node, m] // _LEVEL != here // _LEVEL:
+                    continue
+                # the windows of both must meet; the lower of the two is the stricter from above
+                if abs(top[node, m] - here) > tolerance:
+                    continue
+                top[child, m] = top[node, m]
+            elif top[node, m] >= 0 and top[node, m] != here:
+                continue
+            else:
+                top[child, m] = here
+            if not evaluate(child, m, tree, problem, space, bound):
+                continue
+        _keep(child, tree, heap, counters)
+
+
+@njit(cache=True, nogil=True)
+def _fix_one(node, tree, problem, space, state, bound):  # type: ignore[no-untyped-def]
+    """A rule about the whole stack is broken: some free box is fixed where it is, or not there."""
+    restriction, order, fixes, raised = tree[2], tree[7], tree[8], tree[10]
+    heap, counters = state
+    for i in range(len(problem[2]) - 1):
+        if _is_fixed(tree, node, i):
+            continue
+        child = _child(tree, node, counters)
+        order[child, fixes[node]] = i
+        fixes[child] = fixes[node] + 1
+        _keep(child, tree, heap, counters)
+        child = _child(tree, node, counters)
+        restriction[child, 0], restriction[child, 1] = WITHOUT, i
+        restriction[child, 2] = tree[3][node, i]
+        raised[child] = 1
+        if evaluate(child, i, tree, problem, space, bound):
+            _keep(child, tree, heap, counters)
+        return
 
 
 @njit(cache=True, nogil=True)
@@ -340,151 +423,56 @@ def grow(tree, problem, state, bound, budget, rejected):  # type: ignore[no-unty
     -------
     why, node : one of PROVEN, PAUSED, SOLUTION, FULL, and the node of a SOLUTION.
     """
-    lb, parent, restriction, pick, height, cost, alone, on, order, fixes, leaning, raised, kind = (
-        tree
-    )
-    (entries, costs, starts, centres, boxes, spans, heights, bin_sizes, rule, min_vertices,
-     zones, zone_spans, radius, weights) = problem  # fmt: skip
+    lb, pick, kind = tree[0], tree[3], tree[11]
+    entries, costs, starts, centres, boxes, spans, heights, rule, min_vertices = problem
     heap, counters = state
     count = len(starts) - 1
-    avoid = np.empty((_MAX_AVOID, 7), np.int64)
-    fixed = np.empty((count + 1, 7), np.int64)
+    space = (
+        np.empty((_MAX_AVOID + count, 7), np.int64), np.empty(_MAX_AVOID, np.int64),
+        np.empty((count + 1, 7), np.int64),
+    )  # fmt: skip
     volumes = np.empty((count, 7), np.int64)
     point = np.empty(4, np.int64)
-    room = count * count + 4
+    room = count + 4
+    for i in range(count):
+        room = max(room, starts[i + 1] - starts[i] + 4)
     while counters[0] > 0 or rejected >= 0:
         if counters[1] + room > len(lb):
             return FULL, -1
-        if budget <= 0 and rejected < 0:
-            return PAUSED, -1
         if rejected >= 0:
-            node = rejected
-        else:
-            node = heap[0]
-            if lb[node] >= bound - EPS:
-                counters[0] = 0
-                return PROVEN, -1
-            if kind[node] == PAIR:
-                carrier, upper = restriction[node, 1], restriction[node, 2]
-                limit = bound - (_sum(cost[node]) - cost[node, carrier])
-                own = costs[starts[carrier] : starts[carrier + 1]]
-                if counters[1] + np.searchsorted(own, limit) > len(lb):
-                    return FULL, -1
-            counters[0] = pop(heap, counters[0], lb)
-            budget -= 1
-            counters[2] += 1
-        if kind[node] == PAIR:
-            _split_pair(node, tree, problem, state, bound, avoid, fixed)
+            _fix_one(rejected, tree, problem, space, state, bound)
+            rejected = -1
             continue
+        if budget <= 0:
+            return PAUSED, -1
+        node = heap[0]
+        if lb[node] >= bound - EPS:
+            counters[0] = 0
+            return PROVEN, -1
+        counters[0] = pop(heap, counters[0], lb)
+        counters[2] += 1
+        budget -= 1
         if kind[node] == FIXED:
-            kind[node] = OPEN
-            carrier, upper = restriction[node, 1], restriction[node, 2]
-            volume_of(entries[pick[node, carrier]], height[node, carrier], volumes[carrier])
-            possible = True
-            for turn in range(count):
-                # the box on the carrier first: it is the likeliest to have no place
-                i = upper if turn == 0 else (turn - 1 if turn <= upper else turn)
-                if not possible or _is_fixed(tree, node, i):
-                    continue
-                volume_of(entries[pick[node, i]], height[node, i], volumes[i])
-                if i != upper and _depth(volumes[i], volumes[carrier], point) == 0:
-                    continue
-                limit = bound - (_sum(cost[node]) - cost[node, i])
-                possible = evaluate(node, i, tree, problem, avoid, fixed, limit)
-            if possible:
-                lb[node] = max(lb[node], _sum(cost[node]))
-                if lb[node] < bound - EPS:
-                    counters[0] = push(heap, counters[0], lb, node)
+            if _settle(node, volumes, tree, problem, space, bound):
+                counters[0] = push(heap, counters[0], lb, node)
             continue
         for i in range(count):
-            volume_of(entries[pick[node, i]], height[node, i], volumes[i])
+            volume_of(entries[pick[node, i]], volumes[i])
         one, two = _worst_overlap(node, count, volumes, tree, point)
         if one >= 0:
-            for i in (one, two):
-                if _is_fixed(tree, node, i):
-                    continue
-                child = counters[1]
-                _copy(tree, node, child)
-                kind[child] = OPEN
-                restriction[child, 0], restriction[child, 1] = AVOID, i
-                restriction[child, 2] = point[0]
-                restriction[child, 3] = point[1] - rule[0]
-                restriction[child, 4] = point[2] - rule[0]
-                restriction[child, 5] = point[3] - 1
-                restriction[child, 6] = point[1]
-                restriction[child, 7] = point[2]
-                restriction[child, 8] = point[3]
-                limit = bound - (_sum(cost[node]) - cost[node, i])
-                if evaluate(child, i, tree, problem, avoid, fixed, limit):
-                    lb[child] = max(lb[node], _sum(cost[child]))
-                    counters[1] += 1
-                    counters[0] = push(heap, counters[0], lb, child)
+            _part(node, one, two, point, tree, problem, space, state, bound)
             continue
         floating = -1
         for i in range(count):
             entry = entries[pick[node, i]]
-            if entry[7] == 0:
-                continue
             number = entry[0]
-            if not rests_on(
-                entry, height[node, i], centres[i, entry[8]], volumes, count, boxes,
-                spans[number], spans[number + 1], heights, bin_sizes[number], rule, min_vertices,
+            if entry[7] == 1 and not rests_on(
+                entry, centres[i, entry[8]], volumes, count, boxes,
+                spans[number], spans[number + 1], heights, rule, min_vertices,
             ):  # fmt: skip
                 floating = i
                 break
-        if floating < 0 and rejected < 0:
+        if floating < 0:
             return SOLUTION, node
-        if floating < 0 or _is_fixed(tree, node, floating) or alone[node, floating] >= 0:
-            # a rule on the whole stack is broken: fix a box here, or not here
-            rejected = -1
-            free = -1
-            for i in range(count):
-                if free < 0 and not _is_fixed(tree, node, i):
-                    free = i
-            if free < 0:
-                continue
-            child = counters[1]
-            _copy(tree, node, child)
-            kind[child] = OPEN
-            order[child, fixes[node]] = free
-            fixes[child] = fixes[node] + 1
-            raised[child] = 1
-            counters[1] += 1
-            counters[0] = push(heap, counters[0], lb, child)
-            child = counters[1]
-            _copy(tree, node, child)
-            kind[child] = OPEN
-            restriction[child, 0], restriction[child, 1] = RAISE, free
-            restriction[child, 2] = pick[node, free]
-            restriction[child, 3] = height[node, free] + 1
-            raised[child] = 1
-            limit = bound - (_sum(cost[node]) - cost[node, free])
-            if evaluate(child, free, tree, problem, avoid, fixed, limit):
-                lb[child] = max(lb[node], _sum(cost[child]))
-                counters[1] += 1
-                counters[0] = push(heap, counters[0], lb, child)
-            continue
-        rejected = -1
-        child = counters[1]
-        _copy(tree, node, child)
-        kind[child] = OPEN
-        alone[child, floating] = fixes[node]
-        limit = bound - (_sum(cost[node]) - cost[node, floating])
-        if evaluate(child, floating, tree, problem, avoid, fixed, limit):
-            lb[child] = max(lb[node], _sum(cost[child]))
-            counters[1] += 1
-            counters[0] = push(heap, counters[0], lb, child)
-        for carrier in range(count):
-            if carrier == floating or _is_fixed(tree, node, carrier):
-                continue
-            for upper in range(count):
-                if upper == carrier or _is_fixed(tree, node, upper) or alone[node, upper] >= 0:
-                    continue
-                child = counters[1]
-                _copy(tree, node, child)
-                kind[child] = PAIR
-                restriction[child, 1], restriction[child, 2] = carrier, upper
-                leaning[child, floating] = 1
-                counters[1] += 1
-                counters[0] = push(heap, counters[0], lb, child)
+        _carry(node, floating, tree, problem, space, state, bound)
     return PROVEN, -1
