@@ -11,7 +11,6 @@ import pybullet
 
 from arm_executor.world import PhysicsWorld
 
-
 #: Camera over the infeed, looking at the rail; metres, frame `cell`, degrees.
 _EYE, _LOOKS_AT, _FIELD_OF_VIEW = (2.2, 4.3, 3.9), (-0.03, 0.30, 0.74), 39.0
 
