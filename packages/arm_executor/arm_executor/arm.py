@@ -52,8 +52,8 @@ class MotionPlan:
     """A checked motion that is ready to run.
 
     ``predicted_s`` is robot time from start to the arm waiting above the pick point again, grip
-    and release included. ``planning_s`` is what planning cost in wall-clock seconds. ``detail`` belongs to the
-    arm that made the plan.
+    and release included. ``planning_s`` is what planning cost in wall-clock seconds. ``detail``
+    belongs to the arm that made the plan.
     """
 
     request: PlaceRequest
