@@ -10,6 +10,9 @@ from pack_msgs_py.values import Box, PlacedBox
 from pack_planner.engine import BinModel, Candidate, Engine
 from pack_planner.engine.engine import Forbidden, nothing_forbidden
 
+#: Who can minimise eq. (1).
+BACKENDS = ('search', 'cp_sat', 'milp')
+
 
 @dataclass
 class Memory:
@@ -36,6 +39,9 @@ class Problem:
     node_limit : search nodes after which it is due; with no time budget in reach the same problem
         then always has the same answer. ``None`` for no limit.
     memory : what the algorithm may keep from one decision to the next; see :class:`Memory`.
+    backend : who minimises eq. (1) for `mpack` and `mpack_lite`, one of :data:`BACKENDS`; the
+        optimum is the same. `search` is ours and the only one that ``node_limit`` bounds; the
+        others are OR-Tools' CP-SAT, and SCIP on the MILP of Ojha et al., section III-A.
     """
 
     engine: Engine
@@ -45,6 +51,12 @@ class Problem:
     budget_s: float = 5.0
     node_limit: int | None = None
     memory: Memory | None = None
+    backend: str = 'search'
+
+    def __post_init__(self) -> None:
+        if self.backend not in BACKENDS:
+            msg = f'unknown backend {self.backend!r}: use one of {", ".join(BACKENDS)}'
+            raise ValueError(msg)
 
 
 @dataclass(frozen=True)

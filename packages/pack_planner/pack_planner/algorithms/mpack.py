@@ -7,11 +7,13 @@ import time
 from collections.abc import Sequence
 
 from pack_msgs_py.codes import PlacementStatus
-from pack_msgs_py.values import Box
+from pack_msgs_py.values import Bin, BinSpec, Box
 from pack_planner.algorithms.base import Choice, Problem
-from pack_planner.engine import Candidate
-from pack_planner.joint.incumbent import best_incumbent
+from pack_planner.algorithms.incumbent import best_incumbent
+from pack_planner.engine import Candidate, Engine
+from pack_planner.engine.engine import nothing_forbidden
 from pack_planner.joint.solve import JointResult, JointSearch
+from pack_planner.joint.solvers import solve_joint
 
 
 def mpack(problem: Problem) -> Choice | None:
@@ -25,24 +27,29 @@ def mpack(problem: Problem) -> Choice | None:
     The joint solution starts from that of MPackLite on the same boxes and so is never worse. When
     the budget ends first, the best one found is used and the status says so.
     """
-    started = time.monotonic()
+    deadline = time.monotonic() + problem.budget_s
     nodes_left = math.inf if problem.node_limit is None else problem.node_limit
     proven = True
-
-    def out_of_time() -> bool:
-        return time.monotonic() - started > problem.budget_s
-
     for count in range(len(problem.boxes), 1, -1):
-        boxes = problem.boxes[:count]
-        search = JointSearch(
-            problem.engine, boxes, problem.bins, problem.forbidden, best_incumbent(problem, boxes)
-        )
-        result = search.run(int(min(nodes_left, 1 << 40)), out_of_time)
+        result = _solve(problem, count, nodes_left, deadline)
         nodes_left -= result.nodes
         proven = proven and result.proven
         if result.candidates is not None:
             return _select(problem, result, proven)
     return _singly(problem, proven)
+
+
+def _solve(problem: Problem, count: int, node_limit: float, deadline: float) -> JointResult:
+    """The joint optimum of the first ``count`` boxes, as far as the budget goes."""
+    engine, boxes = problem.engine, problem.boxes[:count]
+    known = best_incumbent(problem, boxes)
+    if problem.backend != 'search':
+        return solve_joint(
+            engine, boxes, problem.bins, problem.forbidden, known, problem.backend,
+            deadline - time.monotonic(),
+        )  # fmt: skip
+    search = JointSearch(engine, boxes, problem.bins, problem.forbidden, known)
+    return search.run(int(min(node_limit, 1 << 40)), lambda: time.monotonic() > deadline)
 
 
 def _select(problem: Problem, result: JointResult, proven: bool) -> Choice:
@@ -84,3 +91,11 @@ def _least(problem: Problem, candidates: Sequence[Candidate]) -> Candidate:
         (one for one in candidates if engine.stands(one.placed, problem.bins[one.bin_index])),
         key=lambda one: (engine.increase(one.placed), order[one.placed.box]),
     )
+
+
+def warm_up(engine: Engine) -> None:
+    """Compile the search, or load it, so that no decision has to."""
+    boxes = [Box(f'warm-up {i}', (200.0, 160.0, 80.0 + 20 * i)) for i in range(3)]
+    spec = BinSpec('warm-up', (400, 300, 300))
+    bins = [engine.model(Bin(f'warm-up {i}', i, spec)) for i in range(2)]
+    JointSearch(engine, boxes, bins, nothing_forbidden).run(50, lambda: False)

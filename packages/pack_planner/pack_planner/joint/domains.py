@@ -183,9 +183,7 @@ def alone_entries(  # type: ignore[no-untyped-def]
                 stands[s, i, j] = True
                 if refused(zones, radius, which, turn, x, y, z):
                     continue
-                entries, costs = _append(
-                    entries, costs, count, number, x, y, z, shape, ALONE, cost
-                )
+                entries, costs = _append(entries, costs, count, number, x, y, z, shape, ALONE, cost)
                 count += 1
     return entries[:count], costs[:count], landing, stands
 

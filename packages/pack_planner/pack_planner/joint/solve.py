@@ -28,7 +28,7 @@ from pack_planner.engine import BinModel, Candidate, Engine
 from pack_planner.engine.engine import REFUSED_RADIUS_MM, Forbidden
 from pack_planner.engine.height_map import GRAVITY
 from pack_planner.joint.domains import Entries, alone_entries, landing_bound, leaning_entries, paint
-from pack_planner.joint.tree import FULL, PAUSED, PROVEN, SOLUTION, grow, push
+from pack_planner.joint.tree import FULL, PROVEN, SOLUTION, grow, push
 
 _FIRST_ROOM = 1 << 13
 _MOST_ROOM = 1 << 19
@@ -152,11 +152,11 @@ class JointSearch:
         last = int(self._counters[2]) + node_limit
         while not self._finished:
             left = last - int(self._counters[2])
-            if left <= 0 or out_of_time():
+            if self._counters[0] > 0 and (left <= 0 or out_of_time()):
                 break
             why, node = grow(
                 self._tree, self._problem, (self._heap, self._counters), self._upper,
-                min(left, _CHUNK), self._rejected,
+                max(0, min(left, _CHUNK)), self._rejected,
             )  # fmt: skip
             if why == FULL:
                 if len(self._heap) >= _MOST_ROOM:
@@ -169,11 +169,9 @@ class JointSearch:
             if why == PROVEN:
                 self._finished = self._complete
                 break
-            elif why == SOLUTION:
+            if why == SOLUTION:
                 self._lower = max(self._lower, float(self._tree[0][node]))
                 self._take(int(node))
-            else:
-                assert why == PAUSED
         return self.result()
 
     def _take(self, node: int) -> None:
@@ -243,8 +241,7 @@ class JointSearch:
         """The root: every box at its cheapest entry."""
         starts, costs = self._problem[2], self._problem[1]
         if (np.diff(starts) == 0).any():
-            self._finished = self._complete
-            return
+            return  # an empty tree: nothing is better than what is known
         lb, pick, cost = self._tree[0], self._tree[3], self._tree[4]
         pick[0], cost[0] = starts[:-1], costs[starts[:-1]]
         lb[0] = cost[0].sum()
@@ -263,9 +260,7 @@ class JointSearch:
             return rows, costs, True
         for _ in range(3):
             caps = self._caps()
-            found = [
-                self._in_bin(index, caps, forbidden) for index in range(len(self._bins))
-            ]
+            found = [self._in_bin(index, caps, forbidden) for index in range(len(self._bins))]
             complete = all(one[2] for one in found)
             entries = np.concatenate([one[0] for one in found])
             cost = np.concatenate([one[1] for one in found])
@@ -286,7 +281,8 @@ class JointSearch:
 
     def _caps(self) -> NDArray[np.float64]:
         """The most each box may cost in a better solution than the best known."""
-        return self._upper - (self._least.sum() - self._least) - _EPS
+        caps: NDArray[np.float64] = self._upper - (self._least.sum() - self._least) - _EPS
+        return caps
 
     def _bounds(self, forbidden: Forbidden) -> NDArray[np.float64]:
         """For each box, the least cost of a place where it lands, supported or not."""

@@ -37,6 +37,8 @@ NOTHING, AVOID, WITHOUT, NOT_AT = 0, 1, 2, 3
 PROVEN, PAUSED, SOLUTION, FULL = 0, 1, 2, 3
 
 _MAX_AVOID = 256
+#: How many entries of a carrier are looked at in one go.
+_SPREAD = 256
 #: Bin and height in one number.
 _LEVEL = 100_000
 
@@ -220,7 +222,7 @@ def _keep(child, tree, heap, counters):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _is_fixed(tree, node, box):  # type: ignore[no-untyped-def]
-    for k in range(tree[8][node]):
+    for k in range(tree[8][node]):  # noqa: SIM110 - numba knows no any() of a generator
         if tree[7][node, k] == box:
             return True
     return False
@@ -287,9 +289,16 @@ def _spread(node, carrier, upper, tree, problem, space, state, bound):  # type: 
     index = pick[node, carrier]
     upper_fixed = _is_fixed(tree, node, upper)
     volume = np.empty(7, np.int64)
-    while True:
+    for made in range(_SPREAD + 1):
         index = next_entry(node, carrier, index, tree, problem, space, bound - others)
         if index < 0:
+            return
+        if made == _SPREAD:
+            # the rest later, when it is the cheapest
+            pick[node, carrier] = index
+            cost[node, carrier] = costs[index]
+            tree[0][node] = max(tree[0][node], others + costs[index])
+            counters[0] = push(heap, counters[0], tree[0], node)
             return
         volume_of(entries[index], volume)
         if not upper_fixed or lies_on(entries[pick[node, upper]], volume, rule[1]):
@@ -424,7 +433,7 @@ def grow(tree, problem, state, bound, budget, rejected):  # type: ignore[no-unty
     why, node : one of PROVEN, PAUSED, SOLUTION, FULL, and the node of a SOLUTION.
     """
     lb, pick, kind = tree[0], tree[3], tree[11]
-    entries, costs, starts, centres, boxes, spans, heights, rule, min_vertices = problem
+    entries, _, starts, centres, boxes, spans, heights, rule, min_vertices = problem
     heap, counters = state
     count = len(starts) - 1
     space = (
@@ -433,9 +442,7 @@ def grow(tree, problem, state, bound, budget, rejected):  # type: ignore[no-unty
     )  # fmt: skip
     volumes = np.empty((count, 7), np.int64)
     point = np.empty(4, np.int64)
-    room = count + 4
-    for i in range(count):
-        room = max(room, starts[i + 1] - starts[i] + 4)
+    room = max(count, _SPREAD) + 4
     while counters[0] > 0 or rejected >= 0:
         if counters[1] + room > len(lb):
             return FULL, -1

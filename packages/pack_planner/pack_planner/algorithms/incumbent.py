@@ -2,22 +2,67 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
-from pack_msgs_py.values import Box
+from pack_msgs_py.values import Box, PlacedBox
 from pack_planner.algorithms.base import Problem
 from pack_planner.algorithms.opack import by_volume
-from pack_planner.engine import Candidate
+from pack_planner.engine import BinModel, Candidate
 
 Solution = tuple[Candidate, ...]
+
+#: How many single placements the search for a good start may take.
+_TRIES = 300
 
 
 def best_incumbent(problem: Problem, boxes: Sequence[Box]) -> Solution | None:
     """The best joint solution for ``boxes`` that is cheap to have; MPackLite's is one of them."""
-    found = [
-        one for one in (greedy(problem, by_volume(boxes)), remembered(problem, boxes)) if one
-    ]
-    return min(found, key=lambda one: sum(c.objective for c in one), default=None)
+    found = [one for one in (greedy(problem, by_volume(boxes)), remembered(problem, boxes)) if one]
+    best = min(found, key=_total, default=None)
+    return _other_orders(problem, boxes, best)
+
+
+def _total(solution: Solution) -> float:
+    return sum(one.objective for one in solution)
+
+
+def _other_orders(problem: Problem, boxes: Sequence[Box], best: Solution | None) -> Solution | None:
+    """Place the boxes in every order, as long as that seems to lead to less than ``best``.
+
+    A box is taken to need at least what it needs now: not quite a bound, since others may carry it
+    to a better place, but a start need not be the best one.
+    """
+    engine, total = problem.engine, math.inf if best is None else _total(best)
+    seen: set[frozenset[PlacedBox]] = set()
+    tries = _TRIES
+
+    def extend(done: Solution, cost: float, virtual: list[BinModel], left: list[Box]) -> None:
+        nonlocal best, total, tries
+        if not left:
+            if cost < total - 1e-9:
+                best, total = done, cost
+            return
+        tries -= len(left)
+        if tries < 0:
+            return
+        options = [engine.best_placement(box, virtual, problem.forbidden) for box in left]
+        known = [one for one in options if one is not None]
+        if len(known) < len(left) or cost + _total(tuple(known)) >= total - 1e-9:
+            return
+        for one in sorted(known, key=lambda c: -c.placed.box.volume_mm3):
+            placements = frozenset(c.placed for c in (*done, one))
+            if placements in seen:
+                continue
+            seen.add(placements)
+            index = one.bin_index
+            after = [*virtual]
+            after[index] = engine.with_box(after[index], one.placed)
+            rest = [box for box in left if box is not one.placed.box]
+            extend((*done, one), cost + one.objective, after, rest)
+
+    extend((), 0.0, list(problem.bins), list(boxes))
+    return best
 
 
 def greedy(problem: Problem, boxes: Sequence[Box], start: Solution = ()) -> Solution | None:
