@@ -157,13 +157,12 @@ def test_extreme_points_of_two_boxes():
     assert points == {(0, 0), (200, 0), (0, 100), (300, 0), (200, 300), (0, 300)}
 
 
-def test_corner_points_lie_in_the_concave_corners_of_the_staircase():
+def test_corner_points_lie_right_of_behind_and_on_each_box():
     engine = ENGINES['paper']
-    target = stack(((0, 0, 0), (200, 100, 100)), ((200, 0, 0), (100, 300, 200)))
+    target = stack(((0, 0, 0), (200, 100, 100)), ((200, 0, 0), (400, 300, 200)))
     points = {tuple(point) for point in corner_points(engine.model(target)).tolist()}
-    # on the first box, behind it at the x wall, behind the second, beyond the second;
-    # the top of the second has a lower neighbour and is none
-    assert points == {(0, 0), (0, 100), (300, 0)}
+    # right of the second is the wall, so there is none
+    assert points == {(0, 0), (200, 0), (0, 100), (200, 300)}
 
 
 def test_what_lies_around_a_placement():

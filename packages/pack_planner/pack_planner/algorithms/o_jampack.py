@@ -27,8 +27,8 @@ def o_jampack(problem: Problem) -> Choice | None:
     Jampack (Agarwal, Biswas, Sarkar, Paul, Paul: Jampacker: An efficient and reliable robotic bin
     packing system for cuboid objects, IEEE Robotics and Automation Letters 6(2), 2021) packs at
     corner points. Its full text is not public, so this takes what Ojha et al. say of it, "using
-    corner points", and fills the rest with the nearest published definitions: corner points of
-    Martello, Pisinger and Vigo (2000), tried by z, y, x, bins oldest first. Numbers of this
-    algorithm therefore need not be those of the paper.
+    corner points", as three corners of each box (see
+    :func:`pack_planner.engine.points.corner_points`), tried by z, y, x, bins oldest first. Fills
+    therefore need not be those of the paper; docs/benchmarks.md has both.
     """
     return opack(problem, JAMPACK)
