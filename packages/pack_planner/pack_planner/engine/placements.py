@@ -136,7 +136,8 @@ def _spots(
     )  # fmt: skip
     rows = _on_lines(*shared, far_ends) if points is None else _at_points(*shared, points)
     which = rows[:, 3]
-    return Spots(box, rows[:, :3], sizes[which], turns[which])
+    # one memory layout whatever the number of rows, so that compiled code serves for all
+    return Spots(box, np.ascontiguousarray(rows[:, :3]), sizes[which], turns[which])
 
 
 @njit(cache=True, nogil=True)
