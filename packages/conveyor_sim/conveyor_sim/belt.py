@@ -183,6 +183,10 @@ class Belt:
         self._state = BeltState(self._state.offset_um, travel, self._state.pick_offset_um)
         self._advance(now_s)
 
+    def brings(self, slot: int) -> bool:
+        """Whether ``slot`` is at the pick point, or will be when the motion under way ends."""
+        return (self._place(slot) + self._state.travel_um) % self._length == 0
+
     def view(self, now_s: float) -> list[OnBelt]:
         """Every box, nearest to the pick point first."""
         self._advance(now_s)

@@ -119,6 +119,16 @@ class Conveyor:
             return self._finish(now_s, stamp_s, moved=True)
         return Outcome()
 
+    def on_awaited(self, box_id: str, now_s: float, stamp_s: float) -> Outcome:
+        """The arm waits for this box: bring it, whatever became of the decision that chose it."""
+        record = self._records.get(box_id)
+        on_belt = record is not None and record.place is Place.ON_BELT
+        if record is None or record.slot is None or not on_belt or self._belt.brings(record.slot):
+            return Outcome()
+        self._notes.append(f'{box_id}: the arm waits for it')
+        self._belt.bring(record.slot, now_s)
+        return self._finish(now_s, stamp_s, moved=True)
+
     def on_event(self, event: BoxEvent, now_s: float, stamp_s: float) -> Outcome:
         """Follow what happened to a box; an event that comes twice or late changes nothing."""
         record = self._records.get(event.box_id) or self._elsewhere.get(event.box_id)

@@ -8,6 +8,8 @@
   rejected one
 - subscribes `bin_state` (pack_msgs/BinStateArray) and `bin_closed` (pack_msgs/BinState): a box in
   a bin is not on the belt
+- subscribes `executor_state` (pack_msgs/ExecutorState): brings the box that the arm waits for,
+  should its decision not have arrived
 - serves `~/pause` (std_srvs/SetBool): stops or resumes feeding and moving
 """
 
@@ -31,7 +33,7 @@ from conveyor_sim.conveyor import Conveyor, Outcome
 from conveyor_sim.ledger import Ledger, LedgerError
 from conveyor_sim.parameters import ConveyorParameters
 from conveyor_sim.streams import Stream
-from pack_msgs.msg import BinState, BinStateArray, BoxEvent, BoxScan, Placement
+from pack_msgs.msg import BinState, BinStateArray, BoxEvent, BoxScan, ExecutorState, Placement
 from pack_msgs_py.conversions import (
     decision_from_ros,
     event_from_ros,
@@ -98,6 +100,7 @@ class ConveyorNode(Node):
             (BinState, 'bin_closed', self._on_bin_closed),
         ):
             self.create_subscription(kind, topic, callback, TOPICS[topic])
+        self.create_subscription(ExecutorState, 'executor_state', self._on_executor_state, 1)
         self.create_service(SetBool, '~/pause', self._on_pause)
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._use_parameters)
@@ -147,6 +150,10 @@ class ConveyorNode(Node):
             self._complain('box_event', str(error))
             return
         self._tell(self._conveyor.on_event(event, *self._now()), 'box_event')
+
+    def _on_executor_state(self, msg: ExecutorState) -> None:
+        if msg.mode == ExecutorState.MODE_EXECUTING and msg.active_box_id:
+            self._tell(self._conveyor.on_awaited(msg.active_box_id, *self._now()))
 
     def _on_bins(self, msg: BinStateArray) -> None:
         self._on_content('bin_state', msg.bins, time_from_ros(msg.header.stamp))

@@ -69,6 +69,19 @@ class Cell:
         self.now += seconds
 
 
+def test_the_box_that_the_arm_waits_for_comes_without_its_decision():
+    cell = Cell()
+    assert not cell.conveyor.on_awaited('b0', *cell.clock()).changed
+    assert cell.conveyor.on_awaited('b2', *cell.clock()).changed
+    assert not cell.conveyor.on_awaited('b2', *cell.clock()).changed
+    cell.now += 10.0
+    assert cell.ids()[0] == 'b2'
+    assert cell.scan().boxes[0].pick_open_s is not None
+    cell.event('b2', Kind.PICKED)
+    assert not cell.conveyor.on_awaited('b2', *cell.clock()).changed
+    assert not cell.conveyor.on_awaited('no such box', *cell.clock()).changed
+
+
 def test_the_first_scan_shows_the_look_ahead_in_the_order_of_the_stream():
     cell = Cell()
     scan = cell.scan()
