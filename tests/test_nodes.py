@@ -95,7 +95,7 @@ def test_a_node_alone_stops_with_code_0(nodes, ros_domain, tmp_path, name, sig) 
     wait_for_node(name, ros_domain)
     assert nodes[name].poll() is None, log.read_text()
     nodes[name].send_signal(sig)
-    assert nodes[name].wait(timeout=5) == 0, log.read_text()
+    assert nodes[name].wait(timeout=20) == 0, log.read_text()
     assert 'Traceback' not in log.read_text()
 
 

@@ -197,7 +197,7 @@ def refusals():
         'BOX_NOT_ON_BELT': (unknown_box, 'box-9'),
         'RULE_VIOLATION': (changed(corner_mm=(0, 0, 100)), 'support'),
         'STALE_GOAL': (late, '2.0'),
-        'DEADLINE_UNREACHABLE': (hurried, '1.00 s'),
+        'DEADLINE_UNREACHABLE': (hurried, 'the deadline leaves'),
     }
 
 
