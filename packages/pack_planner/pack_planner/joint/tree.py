@@ -246,35 +246,52 @@ def _depth(a, b, out):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _worst_overlap(node, count, volumes, tree, point):  # type: ignore[no-untyped-def]
-    """The pair of boxes that overlap most deeply, (-1, -1) if none do; its far point."""
-    trial = np.empty(4, np.int64)
-    deepest, one, two = 0, -1, -1
-    for i in range(count):
-        for k in range(i + 1, count):
-            depth = _depth(volumes[i], volumes[k], trial)
-            if depth > deepest:
-                deepest, one, two = depth, i, k
-                point[:] = trial
-    return one, two
+def _leave_out(node, box, point, tree, problem, space, counters, bound):  # type: ignore[no-untyped-def]
+    """A child in which ``box`` leaves out the cell before ``point``, not yet kept; -1: hopeless."""
+    if _is_fixed(tree, node, box):
+        return np.int64(-1)
+    step = problem[7][0]
+    child = _child(tree, node, counters)
+    row = tree[2][child]
+    row[0], row[1], row[2] = AVOID, box, point[0]
+    row[3], row[4], row[5] = point[1] - step, point[2] - step, point[3] - 1
+    row[6:9] = point[1:4]
+    if evaluate(child, box, tree, problem, space, bound):
+        return child
+    return np.int64(-1)
 
 
 @njit(cache=True, nogil=True)
-def _part(node, one, two, point, tree, problem, space, state, bound):  # type: ignore[no-untyped-def]
-    """Either box leaves out the cell before the far upper ``point`` of what they share."""
-    restriction = tree[2]
+def _part(node, volumes, tree, problem, space, state, bound):  # type: ignore[no-untyped-def]
+    """Split on two boxes that meet: either leaves out the far upper cell of what they share.
+
+    Of all such pairs, the one whose cheaper child is dearest, then whose other child is.
+    False if no boxes meet.
+    """
     heap, counters = state
-    step = problem[7][0]
+    lb = tree[0]
+    point, best_point = np.empty(4, np.int64), np.empty(4, np.int64)
+    one, two = -1, -1
+    best, best_other = -1.0, -1.0
+    for i in range(len(volumes)):
+        for k in range(i + 1, len(volumes)):
+            if _depth(volumes[i], volumes[k], point) == 0:
+                continue
+            child = _leave_out(node, i, point, tree, problem, space, counters, bound)
+            low = bound if child < 0 else lb[child]
+            child = _leave_out(node, k, point, tree, problem, space, counters, bound)
+            high = bound if child < 0 else lb[child]
+            low, high = min(low, high), max(low, high)
+            if low > best + EPS or (low > best - EPS and high > best_other + EPS):
+                best, best_other, one, two = low, high, i, k
+                best_point[:] = point
+    if one < 0:
+        return False
     for i in (one, two):
-        if _is_fixed(tree, node, i):
-            continue
-        child = _child(tree, node, counters)
-        row = restriction[child]
-        row[0], row[1], row[2] = AVOID, i, point[0]
-        row[3], row[4], row[5] = point[1] - step, point[2] - step, point[3] - 1
-        row[6:9] = point[1:4]
-        if evaluate(child, i, tree, problem, space, bound):
+        child = _leave_out(node, i, best_point, tree, problem, space, counters, bound)
+        if child >= 0:
             _keep(child, tree, heap, counters)
+    return True
 
 
 @njit(cache=True, nogil=True)
@@ -441,7 +458,6 @@ def grow(tree, problem, state, bound, budget, rejected):  # type: ignore[no-unty
         np.empty((count + 1, 7), np.int64),
     )  # fmt: skip
     volumes = np.empty((count, 7), np.int64)
-    point = np.empty(4, np.int64)
     room = max(count, _SPREAD) + 4
     while counters[0] > 0 or rejected >= 0:
         if counters[1] + room > len(lb):
@@ -465,9 +481,7 @@ def grow(tree, problem, state, bound, budget, rejected):  # type: ignore[no-unty
             continue
         for i in range(count):
             volume_of(entries[pick[node, i]], volumes[i])
-        one, two = _worst_overlap(node, count, volumes, tree, point)
-        if one >= 0:
-            _part(node, one, two, point, tree, problem, space, state, bound)
+        if _part(node, volumes, tree, problem, space, state, bound):
             continue
         floating = -1
         for i in range(count):
