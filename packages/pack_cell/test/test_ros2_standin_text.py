@@ -110,9 +110,9 @@ def test_show_expands_nested_types_without_their_comments(capsys: pytest.Capture
     ]
 
 
-def test_show_can_leave_out_comments(capsys: pytest.CaptureFixture) -> None:
+def test_show_leaves_out_comments_as_ros2cli_does(capsys: pytest.CaptureFixture) -> None:
     main(['interface', 'show', 'std_srvs/srv/SetBool', '--no-comments'])
-    assert capsys.readouterr().out == 'bool data\n---\nbool success\nstring message\n'
+    assert capsys.readouterr().out == 'bool data #\n---\nbool success   #\nstring message #\n'
 
 
 def test_show_names_what_is_unknown() -> None:

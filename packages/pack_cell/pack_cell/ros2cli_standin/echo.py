@@ -109,7 +109,7 @@ def _echo(arguments: argparse.Namespace) -> None:
         msg = f"Invalid field value '{arguments.field}'"
         raise RuntimeError(msg)
     topic = arguments.topic_name
-    with open_node(arguments, lambda node: topic_class(node, topic) is not None) as node:
+    with open_node(arguments, lambda node: is_published(node, topic)) as node:
         profile = _choose_qos(node, arguments)
         message_type = _message_type(node, arguments)
         printer = _Printer(arguments)
@@ -124,6 +124,14 @@ def _echo(arguments: argparse.Namespace) -> None:
             rclpy.spin_until_future_complete(node, printer.done)
         else:
             rclpy.spin(node)
+
+
+def is_published(node: Node, topic: str) -> bool:
+    """Whether somebody sends on the topic; ``RuntimeError`` if it cannot be echoed.
+
+    A subscriber alone tells the type, but not the quality of service that gets the last message.
+    """
+    return topic_class(node, topic) is not None and node.count_publishers(topic) > 0
 
 
 def _message_type(node: Node, arguments: argparse.Namespace) -> type:

@@ -102,11 +102,16 @@ def _shown_lines(
         msg = f"Invalid name '{name}'. Expected three parts separated by '/'"
         raise ValueError(msg)
     for line in _definition(*parts).read_text(encoding='utf-8').splitlines():
-        text, _, comment = line.rstrip().partition('#')
+        text, mark, comment = line.rstrip().partition('#')
         if comments:
             yield indent + line.rstrip() if line.rstrip() else ''
+        elif mark and not comment:
+            # ros2cli does not count a lone '#' as a comment.
+            yield indent + text + mark
         elif text.strip():
-            yield indent + (text.strip() if comment else text.rstrip())
+            # Nor does it take away the '#' itself where a space follows it.
+            rest = mark if comment.startswith(' ') else ''
+            yield indent + ((text + rest).strip() if mark else text.rstrip())
         nested = _nested_type(parts[0], text)
         if nested:
             yield from _shown_lines(nested, nested_comments, nested_comments, indent + '\t')
