@@ -11,6 +11,7 @@ from pack_msgs_py.orientation import QUATERNIONS, oriented_size
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.values import Bin, Box, PlacedBox, Vec3
 from pack_planner.algorithms import Problem, find_algorithm
+from pack_planner.algorithms.base import Memory
 from pack_planner.algorithms.warm_up import warm_up
 from pack_planner.engine import Engine, Weights
 from pack_planner.refusals import Forbidden
@@ -65,12 +66,14 @@ Outcome = Place | Close | Reject | Wait
 
 @dataclass(frozen=True)
 class Settings:
-    """How to decide: algorithm, rules and weights."""
+    """How to decide: algorithm, rules, weights, and what it may cost; see :class:`Problem`."""
 
     algorithm: str
     profile: Profile
     weights: Weights = field(default_factory=Weights)
     budget_s: float = 5.0
+    node_limit: int | None = None
+    backend: str = 'search'
 
 
 class Planner:
@@ -81,6 +84,7 @@ class Planner:
         self._clock = clock
         self._settings = settings
         self._engine = Engine(settings.profile, settings.weights)
+        self._memory = Memory()
         warm_up(settings.algorithm, settings.profile)
 
     def use(self, settings: Settings) -> None:
@@ -113,8 +117,9 @@ class Planner:
                 return Reject(self._reject(box, reason, text, started))
         models = tuple(engine.model(one) for one in situation.bins)
         problem = Problem(
-            engine, situation.boxes, models, situation.forbidden, self._settings.budget_s
-        )
+            engine, situation.boxes, models, situation.forbidden, self._settings.budget_s,
+            self._settings.node_limit, self._memory, self._settings.backend,
+        )  # fmt: skip
         choice = find_algorithm(self._settings.algorithm)(problem)
         if choice is None:
             used = [one for one in situation.bins if one.boxes]

@@ -8,6 +8,7 @@ from pack_msgs_py.profiles import Profile
 from pack_msgs_py.validator import with_box
 from pack_msgs_py.values import Bin, BinSpec, Box
 from pack_planner.algorithms import Problem, find_algorithm
+from pack_planner.algorithms.mpack import warm_up as warm_up_search
 from pack_planner.engine import Engine
 
 
@@ -25,6 +26,8 @@ def warm_up(algorithm: str, profile: Profile) -> None:
     boxes = tuple(
         Box(f'warm-up {i}', (200.0 - i, 100.0, 80.0), max_top_load_n=1e4) for i in range(4)
     )
+    if algorithm == 'mpack':
+        warm_up_search(engine)
     target = Bin('warm-up', 1, BinSpec('warm-up', (400, 300, 300)))
     for look_ahead in (1, 1, 3):
         left = tuple(box for box in boxes if box not in [one.box for one in target.boxes])
