@@ -292,6 +292,7 @@ write_environment() {
     printf '[ -n "${%s:-}" ] || export %s=%q\n' \
       ROS_AUTOMATIC_DISCOVERY_RANGE ROS_AUTOMATIC_DISCOVERY_RANGE LOCALHOST \
       FASTRTPS_DEFAULT_PROFILES_FILE FASTRTPS_DEFAULT_PROFILES_FILE "$root/tools/fastdds.xml" \
+      FASTDDS_BUILTIN_TRANSPORTS FASTDDS_BUILTIN_TRANSPORTS UDPv4 \
       ROS_LOG_DIR ROS_LOG_DIR "$state/log/ros" \
       NUMBA_CACHE_DIR NUMBA_CACHE_DIR "$state/numba"
   ) > "$state/env.sh"

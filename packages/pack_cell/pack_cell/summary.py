@@ -106,7 +106,7 @@ def summarize(
     done = [report for report in goals if report.code.box_is_in_bin]
     overhead = [
         max(0.0, d.stamp_s - d.trigger_stamp_s - d.planning_s)
-        for d in record.all_decisions
+        for d in record.all_decisions[1:]  # the first waits for the planner to load its engine
         if d.trigger_stamp_s > 0
     ]
     closed = sorted(record.closed.values(), key=lambda one: one.serial)

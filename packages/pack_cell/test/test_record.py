@@ -28,6 +28,7 @@ def event(kind, box_id='a', stamp=1.0, **more):
 def finished_record():
     record = RunRecord()
     record.on_scan(scan(BOX))
+    record.on_decision(Decision(BOX, 'LDC-1', stamp_s=1.9, trigger_stamp_s=1.0))
     record.on_decision(
         Decision(
             BOX,
@@ -37,6 +38,7 @@ def finished_record():
             'xyz',
             (0, 0, 0),
             (600, 400, 200),
+            sequence=1,
             planning_s=0.002,
             stamp_s=2.003,
             trigger_stamp_s=2.0,
