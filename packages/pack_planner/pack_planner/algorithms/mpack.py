@@ -33,9 +33,9 @@ def mpack(problem: Problem) -> Choice | None:
     for count in range(len(problem.boxes), 1, -1):
         result = _solve(problem, count, nodes_left, deadline)
         nodes_left -= result.nodes
-        proven = proven and result.proven
         if result.candidates is not None:
             return _select(problem, result, proven)
+        proven = proven and result.proven
     return _singly(problem, proven)
 
 
@@ -43,6 +43,10 @@ def _solve(problem: Problem, count: int, node_limit: float, deadline: float) -> 
     """The joint optimum of the first ``count`` boxes, as far as the budget goes."""
     engine, boxes = problem.engine, problem.boxes[:count]
     known = best_incumbent(problem, boxes)
+    if known is None:
+        # perhaps there is no solution: a proof of that must leave time for fewer boxes
+        node_limit = node_limit / 2 if count > 2 else node_limit
+        deadline = (time.monotonic() + deadline) / 2 if count > 2 else deadline
     if problem.backend != 'search':
         return solve_joint(
             engine, boxes, problem.bins, problem.forbidden, known, problem.backend,
@@ -52,7 +56,8 @@ def _solve(problem: Problem, count: int, node_limit: float, deadline: float) -> 
     return search.run(int(min(node_limit, 1 << 40)), lambda: time.monotonic() > deadline)
 
 
-def _select(problem: Problem, result: JointResult, proven: bool) -> Choice:
+def _select(problem: Problem, result: JointResult, fewest_left_out: bool) -> Choice:
+    """``fewest_left_out``: it is proven that no more boxes can be placed together."""
     assert result.candidates is not None
     chosen = _least(problem, result.candidates)
     if problem.memory is not None:
@@ -65,7 +70,8 @@ def _select(problem: Problem, result: JointResult, proven: bool) -> Choice:
         f'joint objective {result.objective:g} of {len(result.candidates)} boxes, '
         f'at least {result.lower_bound:g}'
     )
-    return Choice(chosen, _status(proven), reason, result.gap)
+    gap = result.gap if fewest_left_out else math.inf
+    return Choice(chosen, _status(fewest_left_out and result.proven), reason, gap)
 
 
 def _singly(problem: Problem, proven: bool) -> Choice | None:
