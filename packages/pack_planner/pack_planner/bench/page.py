@@ -76,7 +76,7 @@ def _table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     )
     lines, before = [], None
     for row in rows:
-        group = row[:2]
+        group = row[0]
         cells = ''.join(
             f'<td class="{"text" if left else ""}{" below" if cell.endswith("!") else ""}">'
             f'{escape(cell)}</td>'
