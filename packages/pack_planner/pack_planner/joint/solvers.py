@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import math
 import time
 from collections.abc import Callable, Sequence
@@ -93,6 +94,11 @@ def solve_milp(formulation: Formulation, seconds: float) -> Answer:
     optimal = status == pywraplp.Solver.OPTIMAL
     objective = float(solver.Objective().Value())
     return Answer(values, objective if optimal else float(solver.Objective().BestBound()))
+
+
+def cp_sat_installed() -> bool:
+    """Whether OR-Tools is there; the planner works without it."""
+    return importlib.util.find_spec('ortools') is not None
 
 
 SOLVERS: dict[str, Solver] = {'cp_sat': solve_cp_sat, 'milp': solve_milp}
