@@ -54,8 +54,8 @@ class Profile:
 
 
 PROFILES: dict[str, Profile] = {
-    # Rules 1 to 4 of the design, as Ojha et al., section II-B.
-    'paper': Profile('paper'),
+    # The rules of Ojha et al., section II-B, with all six rotations as in their experiments (IV).
+    'paper': Profile('paper', orientations='any'),
     # What a real arm with a suction pad needs; docs/decisions.md says where the margins come from.
     'cell': Profile(
         'cell',

@@ -14,7 +14,8 @@ from pack_msgs_py.values import UP_POS_Z, Bin, Box, PlacedBox, parse_bin
 
 EQ = parse_bin('EQ')
 PAPER = PROFILES['paper']
-ANY = replace(PAPER, orientations='any')
+ANY = PAPER
+LAB = replace(PAPER, orientations='largest_not_vertical')
 
 
 def put(box_id, corner, size, **box):
@@ -88,11 +89,11 @@ def test_a_top_that_is_lower_than_the_base_supports_within_the_tolerance_only():
 
 def test_orientation_rule_and_up_flag_are_kept():
     standing = PlacedBox(Box('a', (300, 200, 100)), (0, 0, 0), (100, 200, 300), 'zyx')
-    assert broken(standing, profile=PAPER) == {Rule.ORIENTATION}
+    assert broken(standing, profile=LAB) == {Rule.ORIENTATION}
     fixed = PlacedBox(
         Box('a', (300, 200, 100), allowed_up=UP_POS_Z), (0, 0, 0), (300, 100, 200), 'xzy'
     )
-    assert broken(fixed, profile=PAPER) == {Rule.ORIENTATION}
+    assert broken(fixed, profile=LAB) == {Rule.ORIENTATION}
 
 
 def test_the_centre_of_mass_stays_inside_the_support_polygon():

@@ -158,7 +158,7 @@ def test_stands_agrees_with_the_rules():
     rng = random.Random(3)
     agreed = {True: 0, False: 0}
     for name, engine in ENGINES.items():
-        for _ in range(6):
+        for _ in range(12):
             target = random_bin(engine, rng, 8)
             model = engine.model(target)
             box = replace(random_box(rng, f'new-{name}'), allowed_up=63)
