@@ -101,7 +101,7 @@ find_pythons() {
     else
       for version in 3.11 3.10 3.12 3.13; do
         type -aP "python$version" || true
-        for candidate in "${PYENV_ROOT:-$HOME/.pyenv}"/versions/"$version".*/bin/python"$version"; do
+        for candidate in "${PYENV_ROOT:-${HOME:-/root}/.pyenv}"/versions/"$version".*/bin/python"$version"; do
           printf '%s\n' "$candidate"
         done
       done

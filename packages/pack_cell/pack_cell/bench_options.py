@@ -34,7 +34,7 @@ def add_bench(verbs: Any) -> None:  # noqa: ANN401 - argparse names no type for 
     parser = verbs.add_parser(
         'bench',
         help='compare the packing algorithms without robot or ROS',
-        description='Pack collections of boxes with several algorithms and compare fill and '
+        description='Pack collections of boxes with several algorithms and compare fill and\n'
         'planning time. Exit code 0: done; 2: wrong option or file; 130: interrupted.',
         epilog=_EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
