@@ -20,6 +20,13 @@ def ros_domain(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
 
 
 @pytest.fixture
+def other_domain(ros_domain: int) -> Iterator[int]:
+    """A second domain of this test."""
+    with domain_coordinator.domain_id() as number:
+        yield number
+
+
+@pytest.fixture
 def start_cell(tmp_path: Path, ros_domain: int) -> Iterator[Callable[..., CellProcess]]:
     """Start ``cell run`` with the given arguments."""
     cells: list[CellProcess] = []

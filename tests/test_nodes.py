@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -26,6 +27,14 @@ def start(name: str, log: Path, *more: str) -> subprocess.Popen[bytes]:
     package, program = NODES[name]
     command = [sys.executable, str(executable(package, program)), '--ros-args', *PARAMETERS[name]]
     return subprocess.Popen([*command, *more], stdout=log.open('wb'), stderr=subprocess.STDOUT)
+
+
+def wait_for_text(log: Path, text: str, seconds: float = 30.0) -> None:
+    """Return when ``text`` is in the log; fail after ``seconds``."""
+    end = time.monotonic() + seconds
+    while text not in log.read_text():
+        assert time.monotonic() < end, f'no {text!r} within {seconds} s:\n{log.read_text()}'
+        time.sleep(0.02)
 
 
 @pytest.fixture
@@ -88,11 +97,9 @@ def test_the_nodes_find_each_other_in_any_order(nodes, watched, tmp_path, order)
 @pytest.mark.parametrize('name', list(NODES))
 @pytest.mark.parametrize('sig', [signal.SIGINT, signal.SIGTERM], ids=['SIGINT', 'SIGTERM'])
 def test_a_node_alone_stops_with_code_0(nodes, ros_domain, tmp_path, name, sig) -> None:
-    from rclpy_probe import wait_for_node
-
     log = tmp_path / f'{name}.log'
     nodes[name] = start(name, log)
-    wait_for_node(name, ros_domain)
+    wait_for_text(log, '[INFO]')
     assert nodes[name].poll() is None, log.read_text()
     nodes[name].send_signal(sig)
     assert nodes[name].wait(timeout=20) == 0, log.read_text()

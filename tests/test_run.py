@@ -126,9 +126,9 @@ def test_a_missed_deadline_is_told_and_nothing_moves_when_it_cannot_be_met(
     assert code in (0, 4), cell.text()
 
 
-def test_two_cells_at_once_do_not_disturb_each_other(start_cell: Start, ros_domain: int) -> None:
+def test_two_cells_at_once_do_not_disturb_each_other(start_cell: Start, other_domain: int) -> None:
     first = start_cell('--count', '20', *TIMED)
-    second = start_cell('--count', '15', *TIMED, domain=ros_domain + 101)
+    second = start_cell('--count', '15', *TIMED, domain=other_domain)
     assert first.wait() == 0, first.text()
     assert second.wait() == 0, second.text()
     assert_every_box_in_one_place(first, 20)

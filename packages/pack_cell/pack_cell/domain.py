@@ -37,7 +37,9 @@ def _try_hold(number: int) -> DomainLock | None:
 
 
 def hold_domain() -> DomainLock:
-    """Hold ``ROS_DOMAIN_ID`` if it is set, else the first free domain from 0.
+    """Hold ``ROS_DOMAIN_ID`` if it is set, else the first free domain of 0, 101, 100, ..., 1.
+
+    From above, because test tools give out domains from 1 upwards.
 
     Raises
     ------
@@ -59,7 +61,7 @@ def hold_domain() -> DomainLock:
             )
             raise DomainTaken(msg)
         return lock
-    for number in range(HIGHEST_DOMAIN + 1):
+    for number in (0, *range(HIGHEST_DOMAIN, 0, -1)):
         lock = _try_hold(number)
         if lock is not None:
             return lock

@@ -127,7 +127,8 @@ def test_hz_measures_until_interrupted(domain: int) -> None:
         process.communicate(timeout=30)
     assert line.startswith('average rate: ')
     assert 5.0 < float(line.split()[-1]) < 40.0
-    assert process.returncode == signal.SIGINT
+    # rclpy may see the signal first and end the loop, or Python may raise KeyboardInterrupt
+    assert process.returncode in (0, signal.SIGINT)
 
 
 def test_topic_info_and_type(domain: int) -> None:
