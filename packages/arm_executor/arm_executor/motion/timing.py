@@ -170,7 +170,9 @@ class Timing:
             model = self._model.copy()
             if load is not None:
                 frame = model.frames[model.getFrameId('tcp')]
-                model.inertias[frame.parentJoint] += frame.placement.act(_inertia(load))
+                # Pinocchio 2, which goes with Jazzy's NumPy 1, has the older name only.
+                joint = frame.parentJoint if hasattr(frame, 'parentJoint') else frame.parent
+                model.inertias[joint] += frame.placement.act(_inertia(load))
             self._loaded[load] = _Loaded(model, self._constraints(model, load is not None))
             if len(self._loaded) > _KEPT_LOADS:
                 self._loaded.popitem(last=False)
