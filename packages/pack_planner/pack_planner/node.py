@@ -312,6 +312,8 @@ def _frame(decision: Decision, bins: tuple[Bin, ...]) -> str:
 
 def main(args: list[str] | None = None) -> None:
     """Run the node until SIGINT or SIGTERM; ends with code 2 on bad parameters."""
+    # With Python's 5 ms, a decision waits that long for a thread that is busy with messages.
+    sys.setswitchinterval(0.0005)
     rclpy.init(args=args)
     node = None
     try:
