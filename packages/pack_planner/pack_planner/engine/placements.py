@@ -28,7 +28,7 @@ from pack_planner.engine.engine import (
 from pack_planner.engine.height_map import GRAVITY, BinModel
 from pack_planner.engine.search import _spans, _zone_lines, candidate_lines, in_zone
 from pack_planner.engine.stands import stands_at
-from pack_planner.engine.support import cell_rests, well_supported
+from pack_planner.engine.support import resting_vertices, well_supported
 
 Ints = NDArray[np.int64]
 
@@ -192,14 +192,8 @@ def _on_lines(  # type: ignore[no-untyped-def]
                 if z + dz > bin_size[2]:
                     continue
                 if z > 0:
-                    far_x, far_y = x + dx - step, y + dy - step
-                    resting = (
-                        int(cell_rests(boxes, owner[left, front], x, y, step, z, tolerance))
-                        + int(cell_rests(boxes, owner[right, front], far_x, y, step, z, tolerance))
-                        + int(cell_rests(boxes, owner[left, back], x, far_y, step, z, tolerance))
-                        + int(
-                            cell_rests(boxes, owner[right, back], far_x, far_y, step, z, tolerance)
-                        )
+                    resting = resting_vertices(
+                        boxes, owner, left, right, front, back, x, y, dx, dy, step, z, tolerance
                     )
                     if resting < min_vertices:
                         continue

@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from pack_planner.engine.support import cell_rests, well_supported
+from pack_planner.engine.support import resting_vertices, well_supported
 
 #: Column numbers of a found position, as rows of floats.
 OBJECTIVE, Z, Y, X, TURN = range(5)
@@ -227,14 +227,8 @@ def search_bin(  # type: ignore[no-untyped-def]
                 if in_zone(zones, radius, turn, x, y, z):
                     continue
                 if z > 0:
-                    far_x, far_y = x + dx - step, y + dy - step
-                    resting = (
-                        int(cell_rests(boxes, owner[left, front], x, y, step, z, tolerance))
-                        + int(cell_rests(boxes, owner[right, front], far_x, y, step, z, tolerance))
-                        + int(cell_rests(boxes, owner[left, back], x, far_y, step, z, tolerance))
-                        + int(
-                            cell_rests(boxes, owner[right, back], far_x, far_y, step, z, tolerance)
-                        )
+                    resting = resting_vertices(
+                        boxes, owner, left, right, front, back, x, y, dx, dy, step, z, tolerance
                     )
                     if resting < min_vertices:
                         continue

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from pack_planner.engine.support import cell_rests, well_supported
+from pack_planner.engine.support import resting_vertices, well_supported
 
 
 @njit(cache=True, nogil=True)
@@ -39,12 +39,8 @@ def stands_at(  # type: ignore[no-untyped-def]
         return False
     if z == 0:
         return True
-    far_x, far_y = x + dx - step, y + dy - step
-    resting = (
-        int(cell_rests(boxes, owner[left, front], x, y, step, z, tolerance))
-        + int(cell_rests(boxes, owner[right, front], far_x, y, step, z, tolerance))
-        + int(cell_rests(boxes, owner[left, back], x, far_y, step, z, tolerance))
-        + int(cell_rests(boxes, owner[right, back], far_x, far_y, step, z, tolerance))
+    resting = resting_vertices(
+        boxes, owner, left, right, front, back, x, y, dx, dy, step, z, tolerance
     )
     return resting >= min_vertices and well_supported(
         boxes, (x, y, x, y), size, z, tolerance, centre, com_margin, min_share,

@@ -46,6 +46,23 @@ def cell_rests(boxes, guess, x, y, step, z, tolerance):  # type: ignore[no-untyp
 
 
 @njit(cache=True, nogil=True)
+def resting_vertices(  # type: ignore[no-untyped-def]
+    boxes, owner, left, right, front, back, x, y, dx, dy, step, z, tolerance
+):
+    """How many of the four base vertices of a box at (x, y, z) rest, by their corner cells.
+
+    ``left``, ``right``, ``front``, ``back`` are the strips of the height map that hold the cells.
+    """
+    far_x, far_y = x + dx - step, y + dy - step
+    return (
+        int(cell_rests(boxes, owner[left, front], x, y, step, z, tolerance))
+        + int(cell_rests(boxes, owner[right, front], far_x, y, step, z, tolerance))
+        + int(cell_rests(boxes, owner[left, back], x, far_y, step, z, tolerance))
+        + int(cell_rests(boxes, owner[right, back], far_x, far_y, step, z, tolerance))
+    )
+
+
+@njit(cache=True, nogil=True)
 def _hull_margin(px, py, count, cx, cy):  # type: ignore[no-untyped-def]
     """Distance of (cx, cy) from the boundary of the hull of ``count`` points, positive inside."""
     for i in range(1, count):
