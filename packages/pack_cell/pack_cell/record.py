@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Report, Scan
-from pack_msgs_py.codes import BoxEventKind, PlacementStatus
+from pack_msgs_py.codes import BoxEventKind
 from pack_msgs_py.values import Bin, Box
 
 _FINAL = {
@@ -152,7 +151,3 @@ class RunRecord:
         if missing > 0:
             lines.append(f'{missing} boxes were supplied that no topic ever showed')
         return lines
-
-    def placed_decisions(self) -> Iterable[Decision]:
-        """Every decision that was not a rejection."""
-        return (d for d in self.all_decisions if d.status is not PlacementStatus.REJECT)
