@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 
-from arm_executor.bins import BookState, frame_name
+from arm_executor.bins import BookState
 from arm_executor.records import placed_of
 from pack_msgs_py.cell_values import Decision, Pose, Quaternion, Scan, ScannedBox
 from pack_msgs_py.checks import InvalidValue, check_finite, check_frame, check_pose
@@ -17,7 +17,7 @@ from pack_msgs_py.codes import ErrorCode, Mode, PlacementStatus
 from pack_msgs_py.orientation import ORIENTATIONS, oriented_size
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.rules import violations
-from pack_msgs_py.values import Bin, Box, PlacedBox, Vec3, check_box
+from pack_msgs_py.values import Bin, Box, PlacedBox, Vec3, check_box, frame_name
 
 CELL_FRAME = 'cell'
 MAX_SCAN_AGE_S = 5.0

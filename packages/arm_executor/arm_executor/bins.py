@@ -50,11 +50,6 @@ class Recovery:
     unmeasured: tuple[Attempt, ...] = ()
 
 
-def frame_name(station: str) -> str:
-    """Name of the frame of the bin that stands at ``station``."""
-    return f'bin_{station.lower()}'
-
-
 class BinBook:
     """The bins of the cell. Safe to use from any thread; one placement at a time.
 

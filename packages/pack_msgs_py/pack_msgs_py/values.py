@@ -156,6 +156,11 @@ def parse_bin(text: str) -> BinSpec:
     return BinSpec(text.strip().lower(), (length, breadth, height))
 
 
+def frame_name(station: str) -> str:
+    """Name of the frame of the bin that stands at ``station``."""
+    return f'bin_{station.lower()}'
+
+
 def check_box(box: Box) -> Box:
     """Return ``box`` unchanged, or raise ``ValueError`` saying which value is wrong and why."""
     if not box.id or len(box.id) > 200 or not box.id.isprintable():

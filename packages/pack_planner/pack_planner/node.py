@@ -54,7 +54,6 @@ from pack_msgs_py import qos
 from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.codes import Mode
 from pack_msgs_py.conversions import (
-    bin_frame,
     bins_from_ros,
     decision_to_ros,
     event_from_ros,
@@ -66,7 +65,7 @@ from pack_msgs_py.conversions import (
 )
 from pack_msgs_py.parameters import check_value, parameter_fields
 from pack_msgs_py.ros_params import declare_parameters
-from pack_msgs_py.values import Bin
+from pack_msgs_py.values import Bin, frame_name
 from pack_planner.coordinator import Coordinator
 from pack_planner.decide import Outcome, Planner, Situation
 from pack_planner.inputs import Heartbeat
@@ -254,7 +253,7 @@ class PlannerNode(Node):
     def send(self, decision: Decision, target: Bin, unhidden_s: float) -> bytes:
         """Send the goal of `place_box`; returns its id."""
         goal_id = uuid.uuid4().bytes
-        goal = PlaceBox.Goal(placement=decision_to_ros(decision, bin_frame(target.station)))
+        goal = PlaceBox.Goal(placement=decision_to_ros(decision, frame_name(target.station)))
         goal.pick_pose.header.frame_id = 'cell'
         goal.pick_pose.header.stamp = self.get_clock().now().to_msg()
         goal.pick_pose.pose = pose_to_ros(pick_pose(decision.box))
@@ -307,7 +306,7 @@ class PlannerNode(Node):
 
 def _frame(decision: Decision, bins: tuple[Bin, ...]) -> str:
     """Frame of the bin that ``decision`` is about; empty for a rejected box."""
-    return next((bin_frame(one.station) for one in bins if one.id == decision.bin_id), '')
+    return next((frame_name(one.station) for one in bins if one.id == decision.bin_id), '')
 
 
 def main(args: list[str] | None = None) -> None:

@@ -9,7 +9,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
-from arm_executor.bins import BookState, frame_name
+from arm_executor.bins import BookState
 from arm_executor.core import Status
 from arm_executor.nodes.messages import diagnostics_to_ros
 from arm_executor.outputs import BinClosed, BinsChanged, Happened
@@ -17,6 +17,7 @@ from pack_msgs.msg import BinState, BinStateArray, BoxEvent, ExecutorState, Plac
 from pack_msgs_py import conversions, qos
 from pack_msgs_py.cell_values import BinSnapshot, Report
 from pack_msgs_py.codes import BinStatus
+from pack_msgs_py.values import frame_name
 
 
 class Publishers:

@@ -17,7 +17,6 @@ from pack_msgs_py.conversions.basic import (
     vector_to_ros,
 )
 from pack_msgs_py.conversions.content import (
-    bin_frame,
     bin_from_ros,
     bin_to_ros,
     bins_from_ros,
@@ -41,7 +40,6 @@ from pack_msgs_py.conversions.traffic import (
 )
 
 __all__ = [
-    'bin_frame',
     'bin_from_ros',
     'bin_to_ros',
     'bins_from_ros',

@@ -30,7 +30,7 @@ from pack_msgs_py.conversions.basic import (
     vector_from_ros,
     vector_to_ros,
 )
-from pack_msgs_py.values import BIN_TYPES, Bin, BinSpec, Box, PlacedBox, check_box
+from pack_msgs_py.values import BIN_TYPES, Bin, BinSpec, Box, PlacedBox, check_box, frame_name
 
 
 def box_to_ros(box: Box) -> BoxMsg:
@@ -100,13 +100,8 @@ def bin_to_ros(one: Bin, poses: dict[str, Pose], stamp: TimeMsg, status: BinStat
         boxes=[placed_box_to_ros(placed, poses[placed.box.id]) for placed in one.boxes],
     )
     msg.header.stamp = stamp
-    msg.header.frame_id = bin_frame(one.station)
+    msg.header.frame_id = frame_name(one.station)
     return msg
-
-
-def bin_frame(station: str) -> str:
-    """Name of the frame of the bin that stands at ``station``."""
-    return f'bin_{station.lower()}'
 
 
 def bin_from_ros(msg: BinState) -> Bin:
