@@ -42,6 +42,8 @@ class Problem:
     backend : who minimises eq. (1) for `mpack` and `mpack_lite`, one of :data:`BACKENDS`; the
         optimum is the same. `search` is ours and the only one that ``node_limit`` bounds; the
         others are OR-Tools' CP-SAT, and SCIP on the MILP of Ojha et al., section III-A.
+    cep : constraints for efficient packing of Ojha et al., section III-A.1, for `mpack` and
+        `mpack_lite`: each box touches a wall or a box along x, and one along y.
     """
 
     engine: Engine
@@ -52,6 +54,7 @@ class Problem:
     node_limit: int | None = None
     memory: Memory | None = None
     backend: str = 'search'
+    cep: bool = False
 
     def __post_init__(self) -> None:
         if self.backend not in BACKENDS:
