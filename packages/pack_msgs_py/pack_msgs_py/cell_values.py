@@ -65,7 +65,8 @@ class Decision:
     """One decision of the planner; see pack_msgs/Placement.
 
     ``bin_id`` is empty when ``status`` is ``REJECT``. ``target`` is where the box's centre is to
-    come to rest, in the bin frame.
+    come to rest, in the bin frame. The last four fields say what the arm answered before: how many
+    candidates it looked at, in what time, and what it said of the planner's first choice.
     """
 
     box: Box
@@ -87,6 +88,10 @@ class Decision:
     trigger_stamp_s: float = 0.0
     reason: str = ''
     reject_reason: Reason = Reason.NONE
+    candidates_checked: int = 0
+    check_s: float = 0.0
+    first_objective: float = 0.0
+    first_refusal: ErrorCode = ErrorCode.NONE
 
 
 @dataclass(frozen=True)

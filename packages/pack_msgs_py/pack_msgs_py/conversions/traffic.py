@@ -129,6 +129,10 @@ def decision_to_ros(decision: Decision, frame_id: str = '') -> PlacementMsg:
         scan_sequence=decision.scan_sequence,
         reason=decision.reason,
         reject_reason=int(decision.reject_reason),
+        candidates_checked=decision.candidates_checked,
+        check_time=duration_to_ros(decision.check_s),
+        first_objective=float(decision.first_objective),
+        first_refusal=int(decision.first_refusal),
     )
     msg.header.stamp = time_to_ros(decision.stamp_s)
     msg.header.frame_id = frame_id
@@ -158,6 +162,10 @@ def decision_from_ros(msg: PlacementMsg) -> Decision:
         trigger_stamp_s=time_from_ros(msg.trigger_stamp),
         reason=msg.reason,
         reject_reason=Reason(msg.reject_reason),
+        candidates_checked=msg.candidates_checked,
+        check_s=duration_from_ros(msg.check_time),
+        first_objective=check_finite('first_objective', msg.first_objective),
+        first_refusal=ErrorCode(msg.first_refusal),
     )
 
 
