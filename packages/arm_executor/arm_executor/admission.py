@@ -197,7 +197,8 @@ def find_scanned(scan: Scan | None, box_id: str) -> ScannedBox | None:
 
 def _rules(decision: Decision, target: Bin, profile: Profile) -> Iterator[Refusal]:
     placed = placed_of(decision)
-    broken = [str(one) for one in violations(placed, target.boxes, target.spec, profile)]
+    found = violations(placed, target.boxes, target.spec, profile, target.destination)
+    broken = [str(one) for one in found]
     broken += commanded_pose_errors(placed, decision.target, profile)
     if broken:
         yield Refusal(ErrorCode.RULE_VIOLATION, '; '.join(broken))

@@ -13,7 +13,7 @@ from enum import Enum
 from pack_msgs_py.geometry2d import Rect, hull_distance, overlap
 from pack_msgs_py.orientation import ORIENTATIONS, orientation_allowed
 from pack_msgs_py.profiles import Profile, planned_size
-from pack_msgs_py.values import BinSpec, PlacedBox
+from pack_msgs_py.values import BinSpec, Box, PlacedBox
 
 GRAVITY = 9.80665  # m/s2, standard gravity (ISO 80000-3)
 
@@ -34,6 +34,7 @@ class Rule(str, Enum):
     BIN_WEIGHT = 'bin_weight'
     TOP_LOAD = 'top_load'
     DUPLICATE_BOX = 'duplicate_box'
+    DESTINATION = 'destination'
 
 
 @dataclass(frozen=True)
@@ -125,10 +126,22 @@ def top_loads(boxes: Sequence[PlacedBox], tolerance: int) -> dict[str, float]:
     return loads
 
 
+def may_enter(box: Box, destination: str) -> bool:
+    """Whether ``box`` may go into a bin that serves ``destination``; empty serves any box."""
+    return destination in ('', box.destination)
+
+
 def violations(
-    placed: PlacedBox, others: Sequence[PlacedBox], bin_spec: BinSpec, profile: Profile
+    placed: PlacedBox,
+    others: Sequence[PlacedBox],
+    bin_spec: BinSpec,
+    profile: Profile,
+    destination: str = '',
 ) -> Iterator[Violation]:
-    """Every rule that ``placed`` would break in a bin that already holds ``others``."""
+    """Every rule that ``placed`` would break in a bin that already holds ``others``.
+
+    ``destination`` is what the bin serves, empty for any box.
+    """
 
     def broken(rule: Rule, message: str) -> Violation:
         return Violation(placed.box.id, rule, message)
@@ -136,6 +149,11 @@ def violations(
     if any(other.box.id == placed.box.id for other in others):
         yield broken(Rule.DUPLICATE_BOX, 'a box with this id is already in the bin')
         return
+    if not may_enter(placed.box, destination):
+        bound = placed.box.destination
+        yield broken(
+            Rule.DESTINATION, f'wrong destination: bound for {bound!r}, the bin for {destination!r}'
+        )
     if placed.orientation not in ORIENTATIONS:
         yield broken(
             Rule.ORIENTATION,

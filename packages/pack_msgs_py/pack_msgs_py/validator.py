@@ -15,12 +15,15 @@ from pack_msgs_py.values import Bin, BinSpec, PlacedBox
 
 
 def validate_sequence(
-    placements: Sequence[PlacedBox], bin_spec: BinSpec, profile: Profile
+    placements: Sequence[PlacedBox], bin_spec: BinSpec, profile: Profile, destination: str = ''
 ) -> list[Violation]:
-    """Replay ``placements`` into an empty bin in order; return every violation."""
+    """Replay ``placements`` into an empty bin in order; return every violation.
+
+    ``destination`` is what the bin serves, empty for any box.
+    """
     found: list[Violation] = []
     for index, placed in enumerate(placements):
-        found.extend(violations(placed, placements[:index], bin_spec, profile))
+        found.extend(violations(placed, placements[:index], bin_spec, profile, destination))
     return found
 
 
@@ -29,7 +32,7 @@ def validate_bins(bins: Iterable[Bin], profile: Profile) -> list[Violation]:
     found: list[Violation] = []
     where: dict[str, str] = {}
     for one in bins:
-        found.extend(validate_sequence(one.boxes, one.spec, profile))
+        found.extend(validate_sequence(one.boxes, one.spec, profile, one.destination))
         for placed in one.boxes:
             first = where.setdefault(placed.box.id, one.id)
             if first != one.id:

@@ -112,7 +112,7 @@ class Bin:
     """One bin that stands, or stood, in the cell.
 
     ``serial`` counts bins in the order they were opened, from 1; ``revision`` grows with each
-    change of content.
+    change of content. ``destination`` is the only one whose boxes may go in, empty for any box.
     """
 
     id: str
@@ -121,6 +121,7 @@ class Bin:
     boxes: tuple[PlacedBox, ...] = ()
     station: str = 'A'
     revision: int = 0
+    destination: str = ''
 
     @property
     def fill_rate(self) -> float:

@@ -48,7 +48,7 @@ def test_a_scan_survives():
 
 def test_bins_survive_with_measured_poses():
     placed = PlacedBox(BOX, (0, 0, 0), (600, 400, 271), 'xyz', (300.0, 200.0, 100.0))
-    one = Bin('LDC-2', 2, parse_bin('LDC'), (placed,), 'B', 5)
+    one = Bin('LDC-2', 2, parse_bin('LDC'), (placed,), 'B', 5, 'north')
     snapshot = BinSnapshot(9, 50.5, (one,))
     msg = conv.bins_to_ros(snapshot, {BOX.id: POSE})
     assert conv.bins_from_ros(msg) == snapshot

@@ -187,3 +187,18 @@ def test_a_point_is_inside_the_hull_exactly_when_no_edge_separates_it(spots, poi
             if nx * point[0] + ny * point[1] > reach + 1e-7:
                 separated = True
     assert inside != separated or abs(hull_distance(rects, point)) < 1e-6
+
+
+def test_a_box_goes_only_into_a_bin_of_its_destination():
+    north = put('a', (0, 0, 0), (300, 200, 100), destination='north')
+
+    def rules(destination):
+        return [v.rule for v in violations(north, (), EQ, ANY, destination)]
+
+    assert rules('north') == rules('') == []
+    assert rules('south') == [Rule.DESTINATION]
+    unsorted = put('b', (0, 0, 0), (300, 200, 100))
+    assert [v.rule for v in violations(unsorted, (), EQ, ANY, 'north')] == [Rule.DESTINATION]
+    wrong = Bin('EQ-1', 1, EQ, (north,), destination='south')
+    assert [v.rule for v in validate_bins([wrong], PAPER)] == [Rule.DESTINATION]
+    assert validate_bins([replace(wrong, destination='north')], PAPER) == []

@@ -94,6 +94,7 @@ def bin_to_ros(one: Bin, poses: dict[str, Pose], stamp: TimeMsg, status: BinStat
         serial=one.serial,
         bin_type=one.spec.name,
         station=one.station,
+        destination=one.destination,
         revision=one.revision,
         size=vector_to_ros(one.spec.size_mm, 1e-3),
         status=int(status),
@@ -121,6 +122,7 @@ def bin_from_ros(msg: BinState) -> Bin:
         boxes=tuple(placed_box_from_ros(placed) for placed in msg.boxes),
         station=msg.station,
         revision=msg.revision,
+        destination=msg.destination,
     )
 
 

@@ -212,7 +212,11 @@ class Engine:
         EngineMismatch
             A rule is broken: the engine and :mod:`pack_msgs_py.rules` disagree.
         """
-        broken = list(violations(candidate.placed, target.boxes, target.spec, self.profile))
+        broken = list(
+            violations(
+                candidate.placed, target.boxes, target.spec, self.profile, target.destination
+            )
+        )
         if broken:
             text = '; '.join(str(one) for one in broken)
             msg = f'engine and rules disagree in bin {target.id!r}: {text}; please report this'
