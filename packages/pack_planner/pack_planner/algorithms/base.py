@@ -42,8 +42,7 @@ class Problem:
     backend : who minimises eq. (1) for `mpack` and `mpack_lite`, one of :data:`BACKENDS`; the
         optimum is the same. `search` is ours and the only one that ``node_limit`` bounds; the
         others are OR-Tools' CP-SAT, and SCIP on the MILP of Ojha et al., section III-A.
-    cep : constraints for efficient packing of Ojha et al., section III-A.1, for `mpack` and
-        `mpack_lite`: each box touches a wall or a box along x, and one along y.
+    cep, sort, selection, large_until : see :class:`pack_planner.options.Options`.
     """
 
     engine: Engine
@@ -55,6 +54,9 @@ class Problem:
     memory: Memory | None = None
     backend: str = 'search'
     cep: bool = False
+    sort: str = 'volume'
+    selection: str = 'least_increase'
+    large_until: float = 0.5
 
     def __post_init__(self) -> None:
         if self.backend not in BACKENDS:

@@ -22,6 +22,13 @@ def least_objective(
     return engine.best_placement(box, bins, forbidden)
 
 
+def touching_objective(
+    engine: Engine, box: Box, bins: Sequence[BinModel], forbidden: Forbidden
+) -> Candidate | None:
+    """The same under the constraints for efficient packing (section III-A.1)."""
+    return engine.best_placement(box, bins, forbidden, cep=True)
+
+
 def mpack_lite(problem: Problem) -> Choice | None:
     """Choose by MPackLite; every virtual step is a proven optimum.
 
@@ -30,7 +37,7 @@ def mpack_lite(problem: Problem) -> Choice | None:
     is up to the backend.
     """
     if problem.backend == 'search':
-        return opack(problem, least_objective)
+        return opack(problem, touching_objective if problem.cep else least_objective)
     deadline = time.monotonic() + problem.budget_s
     all_proven = True
 

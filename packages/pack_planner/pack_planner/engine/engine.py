@@ -14,6 +14,7 @@ from pack_msgs_py.orientation import ORIENTATIONS, allowed_orientations
 from pack_msgs_py.profiles import Profile, planned_size
 from pack_msgs_py.rules import violations
 from pack_msgs_py.values import Bin, BinSpec, Box, Int3, PlacedBox
+from pack_planner.engine.contact import search_touching, solids, touching
 from pack_planner.engine.height_map import GRAVITY, BinModel, build_model, with_box
 from pack_planner.engine.search import OBJECTIVE, TURN, X, Y, Z, search_bin
 from pack_planner.engine.stands import stands_at
@@ -135,11 +136,14 @@ class Engine:
         box: Box,
         bins: Sequence[BinModel],
         forbidden: Forbidden = nothing_forbidden,
+        *,
+        cep: bool = False,
     ) -> Candidate | None:
         """The placement of least objective over all positions, orientations and bins.
 
         Equal objectives go by bin, z, y, x and orientation. ``bins`` are the open bins, oldest
-        first. ``None`` when the rules allow no placement.
+        first; ``cep`` asks for contact along x and y, see :mod:`pack_planner.engine.contact`.
+        ``None`` when the rules allow no placement.
         """
         turns = self._turns(box)
         if not self._liftable(box) or len(turns.sizes) == 0:
@@ -151,7 +155,7 @@ class Engine:
             if zones is None or model.blocked or self._too_heavy(box, model.source):
                 continue
             bound = math.inf if best is None else float(best[OBJECTIVE])
-            found = self._search(box, turns, model, index, zones, bound)
+            found = self._search(box, turns, model, index, zones, bound, cep=cep)
             if found[Z] >= 0:
                 best, best_index = found, index
         if best is None:
@@ -172,9 +176,14 @@ class Engine:
         w = self.weights
         return (w.position * (x + y) + w.height * placed.top_mm) / 10.0
 
-    def stands(self, placed: PlacedBox, model: BinModel) -> bool:
+    def stands(self, placed: PlacedBox, model: BinModel, *, cep: bool = False) -> bool:
         """Whether ``placed`` would be allowed on the boxes of ``model`` alone."""
         if model.blocked or self._too_heavy(placed.box, model.source):
+            return False
+        step = self.profile.resolution_mm
+        if cep and not touching(
+            solids(model), model.source.spec.size_mm, placed.corner_mm, placed.size_mm, step
+        ):
             return False
         turns = self._turns(placed.box)
         number = ORIENTATIONS.index(placed.orientation)
@@ -224,7 +233,7 @@ class Engine:
 
     def _search(
         self, box: Box, turns: _Turns, model: BinModel, index: int,
-        zones: tuple[Zone, ...], bound: float,
+        zones: tuple[Zone, ...], bound: float, *, cep: bool,
     ) -> NDArray[np.float64]:  # fmt: skip
         refused = np.array(
             [(ORIENTATIONS.index(zone.orientation), *zone.corner_mm) for zone in zones], np.int64
@@ -233,11 +242,14 @@ class Engine:
             float(self.weights.position), float(self.weights.height),
             10.0 * self.weights.bin_index * (index + 1),
         )  # fmt: skip
-        found: NDArray[np.float64] = search_bin(
+        about = (
             model.source.spec.size_mm, *model.arrays(), self._rule(), self.profile.min_vertices,
             turns.sizes, turns.numbers, turns.centres, box.weight_kg * GRAVITY,
             refused, REFUSED_RADIUS_MM, weights, bound,
         )  # fmt: skip
+        found: NDArray[np.float64] = (
+            search_touching(*about, solids(model)) if cep else search_bin(*about)
+        )
         return found
 
     def _rule(self) -> tuple[int, int, float, float]:
@@ -278,10 +290,12 @@ class Engine:
         bin_spec = BinSpec('warm-up', (400, 300, 300))
         boxes = [Box(f'warm-up {i}', (120.0, 100.0, 80.0), max_top_load_n=1e4) for i in range(6)]
         model = self.model(Bin('warm-up', 1, bin_spec))
+        refused = (Zone('xyz', (0, 0, 0)),)
         for box in boxes:
-            found = self.best_placement(box, [model], lambda _box, _bin: (Zone('xyz', (0, 0, 0)),))
+            self.best_placement(box, [model], lambda _box, _bin: refused, cep=True)
+            found = self.best_placement(box, [model], lambda _box, _bin: refused)
             if found is None:
                 break
-            self.stands(found.placed, model)
+            self.stands(found.placed, model, cep=True)
             model = self.with_box(model, found.placed)
         self._models.clear()

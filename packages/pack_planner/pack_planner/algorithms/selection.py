@@ -1,0 +1,48 @@
+"""Box selection: which of the boxes that could be placed is placed (Ojha et al., III-A.3)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from pack_planner.algorithms.base import Problem
+from pack_planner.engine import Candidate
+
+#: What to minimise; equal candidates stay in the order they are given in.
+Key = Callable[[Candidate], tuple[float, ...]]
+
+
+def selection_key(problem: Problem) -> Key:
+    """The rule ``problem.selection`` as a key.
+
+    ``least_increase`` : least w1 (x + y) + w2 (z + dz), the paper's rule.
+    ``large_when_empty`` : in the oldest bin that any box goes to, the largest box while the bin's
+    fill rate is below ``problem.large_until``, from then on the smallest (the paper's footnote).
+    ``largest`` : the box of largest volume.
+    ``nearest`` : the box that comes first on the belt.
+
+    Equal ones of the last three go by least increase too.
+    """
+    increase = problem.engine.increase
+    order = {box.id: index for index, box in enumerate(problem.boxes)}
+
+    def least_increase(one: Candidate) -> tuple[float, ...]:
+        return (increase(one.placed),)
+
+    def large_when_empty(one: Candidate) -> tuple[float, ...]:
+        volume, index = one.placed.box.volume_mm3, one.bin_index
+        low = problem.bins[index].source.fill_rate < problem.large_until
+        return (index, -volume if low else volume, increase(one.placed))
+
+    def largest(one: Candidate) -> tuple[float, ...]:
+        return (-one.placed.box.volume_mm3, increase(one.placed))
+
+    def nearest(one: Candidate) -> tuple[float, ...]:
+        return (order[one.placed.box.id],)
+
+    rules: dict[str, Key] = {
+        'least_increase': least_increase,
+        'large_when_empty': large_when_empty,
+        'largest': largest,
+        'nearest': nearest,
+    }
+    return rules[problem.selection]

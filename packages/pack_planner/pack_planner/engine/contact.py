@@ -1,0 +1,155 @@
+"""Constraints for efficient packing: a box touches something along x, and something along y.
+
+Ojha et al., section III-A.1 (CEP): "whenever a new box is placed, two of its surfaces should either
+be touching the already placed boxes (along the X-Y plane) or the walls of the bin"; their eq. (4)
+and (5) count one contact along x and one along y. Two faces touch when they share area and lie less
+than one grid step apart, since on the grid no box can come nearer.
+
+Why looking at few positions is exact: contact along x with a given face holds at one grid position
+only, so every placement that touches both ways has its x beside a wall or a face, and its y too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import lru_cache
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from pack_msgs_py.values import Int3, PlacedBox
+from pack_planner.engine.height_map import BinModel
+from pack_planner.engine.search import _better, _spans, in_zone
+from pack_planner.engine.support import resting_vertices, well_supported
+
+Ints = NDArray[np.int64]
+
+
+def touches(
+    placed: PlacedBox, others: Iterable[PlacedBox], bin_size: Int3, step: int
+) -> tuple[bool, bool]:
+    """Whether ``placed`` touches a wall or a box along x, and along y; plain and slow.
+
+    Lengths are millimetres in the bin frame; ``step`` is the grid of x and y.
+    """
+    found = [False, False]
+    for axis in (0, 1):
+        low, high = placed.corner_mm[axis], placed.far_mm[axis]
+        if low < step or bin_size[axis] - high < step:
+            found[axis] = True
+        for other in others:
+            beside = (
+                0 <= low - other.far_mm[axis] < step or 0 <= other.corner_mm[axis] - high < step
+            )
+            if beside and all(
+                placed.corner_mm[k] < other.far_mm[k] and other.corner_mm[k] < placed.far_mm[k]
+                for k in (1 - axis, 2)
+            ):
+                found[axis] = True
+    return found[0], found[1]
+
+
+@lru_cache(maxsize=64)
+def solids(model: BinModel) -> Ints:
+    """Boxes of a bin as rows (x0, y0, z0, x1, y1, z1), int64 (n, 6), millimetres."""
+    rows = [(*one.corner_mm, *one.far_mm) for one in model.source.boxes]
+    return np.array(rows, np.int64).reshape(-1, 6)
+
+
+@njit(cache=True, nogil=True)
+def touching(bodies, bin_size, corner, size, step):  # type: ignore[no-untyped-def]
+    """:func:`touches`, both ways at once, on the rows of :func:`solids`."""
+    x0, y0, z0 = corner
+    x1, y1, z1 = x0 + size[0], y0 + size[1], z0 + size[2]
+    along_x = x0 < step or bin_size[0] - x1 < step
+    along_y = y0 < step or bin_size[1] - y1 < step
+    for index in range(len(bodies)):
+        if along_x and along_y:
+            return True
+        body = bodies[index]
+        if z0 >= body[5] or body[2] >= z1:
+            continue
+        in_x = x0 < body[3] and body[0] < x1
+        in_y = y0 < body[4] and body[1] < y1
+        if in_y and (0 <= x0 - body[3] < step or 0 <= body[0] - x1 < step):
+            along_x = True
+        if in_x and (0 <= y0 - body[4] < step or 0 <= body[1] - y1 < step):
+            along_y = True
+    return along_x and along_y
+
+
+@njit(cache=True, nogil=True)
+def _beside(bodies, axis, extent, step, limit):  # type: ignore[no-untyped-def]
+    """Grid positions along ``axis`` where a box of ``extent`` may touch a wall or a face."""
+    found = np.empty(2 * len(bodies) + 2, np.int64)
+    found[0], found[1] = 0, limit
+    size = 2
+    for index in range(len(bodies)):
+        after = -(-bodies[index, axis + 3] // step) * step
+        before = bodies[index, axis] // step * step - extent
+        for position in (after, before):
+            if 0 < position < limit:
+                found[size] = position
+                size += 1
+    return np.unique(found[:size])
+
+
+@njit(cache=True, nogil=True)
+def search_touching(  # type: ignore[no-untyped-def]
+    bin_size, boxes, columns, rows, height, owner, lines_x, lines_y, slack, passed_on,
+    rule, min_vertices, sizes, turns, centres, force, zones, radius, weights, bound, bodies,
+):  # fmt: skip
+    """As :func:`pack_planner.engine.search.search_bin`, among placements that touch both ways.
+
+    ``bodies`` are the rows of :func:`solids`.
+    """
+    step, tolerance, com_margin, min_share = rule
+    best = np.array([bound, -1.0, -1.0, -1.0, -1.0])
+    highest = np.empty(len(rows), height.dtype)
+    for k in range(len(sizes)):
+        dx, dy, dz = sizes[k, 0], sizes[k, 1], sizes[k, 2]
+        if dx > bin_size[0] or dy > bin_size[1] or dz > bin_size[2]:
+            continue
+        turn = turns[k]
+        xs = _beside(bodies, 0, dx, step, (bin_size[0] - dx) // step * step)
+        ys = _beside(bodies, 1, dy, step, (bin_size[1] - dy) // step * step)
+        span_x = _spans(xs, dx, step, columns)
+        span_y = _spans(ys, dy, step, rows)
+        for i in range(len(xs)):
+            x = xs[i]
+            if weights[0] * x + weights[1] * dz + weights[2] > best[0]:
+                break
+            left, right, end_x = span_x[i, 0], span_x[i, 1], span_x[i, 2]
+            highest[:] = 0
+            for column in range(left, end_x):
+                for row in range(len(rows) - 1):
+                    highest[row] = max(highest[row], height[column, row])
+            for j in range(len(ys)):
+                y = ys[j]
+                if weights[0] * (x + y) + weights[1] * dz + weights[2] > best[0]:
+                    break
+                front, back, end_y = span_y[j, 0], span_y[j, 1], span_y[j, 2]
+                z = 0
+                for row in range(front, end_y):
+                    z = max(z, highest[row])
+                if z + dz > bin_size[2]:
+                    continue
+                objective = weights[0] * (x + y) + weights[1] * (z + dz) + weights[2]
+                if not _better(objective, z, y, x, turn, best):
+                    continue
+                if in_zone(zones, radius, turn, x, y, z):
+                    continue
+                if not touching(bodies, bin_size, (x, y, z), (dx, dy, dz), step):
+                    continue
+                if z > 0:
+                    resting = resting_vertices(
+                        boxes, owner, left, right, front, back, x, y, dx, dy, step, z, tolerance
+                    )
+                    if resting < min_vertices or not well_supported(
+                        boxes, (x, y, x, y), (dx, dy, dz), z, tolerance, centres[k], com_margin,
+                        min_share, force, slack, passed_on,
+                    ):  # fmt: skip
+                        continue
+                best[0], best[1], best[2], best[3], best[4] = objective, z, y, x, turn
+    return best

@@ -1,0 +1,128 @@
+"""Constraints for efficient packing: the engine against a scan of every grid position."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from planner_cases import SMALL, coarse, random_bin, random_box
+
+from pack_msgs_py.orientation import ORIENTATIONS, allowed_orientations
+from pack_msgs_py.profiles import planned_size
+from pack_msgs_py.rules import violations
+from pack_msgs_py.values import Bin, BinSpec, Box, PlacedBox
+from pack_planner.algorithms import Problem, find_algorithm
+from pack_planner.engine import Engine
+from pack_planner.engine.contact import solids, touches, touching
+
+ENGINES = {
+    'paper': Engine(coarse('paper', 20)),
+    'cell': Engine(coarse('cell', 20)),
+    'cell-any': Engine(coarse('cell', 20, orientations='any')),
+}
+
+
+def placed(corner, size, name='box'):
+    return PlacedBox(Box(name, tuple(float(edge) for edge in size)), corner, size)
+
+
+BLOCK = placed((200, 100, 0), (100, 100, 100), 'block')
+
+
+@pytest.mark.parametrize(('one', 'expected'), [
+    (placed((0, 0, 0), (50, 50, 50)), (True, True)),
+    (placed((550, 350, 0), (50, 50, 50)), (True, True)),
+    (placed((300, 100, 0), (50, 50, 50)), (True, False)),
+    (placed((220, 200, 0), (50, 50, 50)), (False, True)),
+    (placed((300, 0, 0), (50, 110, 50)), (True, True)),
+    # an edge or a corner alone is no contact, nor is a face above or below
+    (placed((300, 200, 0), (50, 50, 50)), (False, False)),
+    (placed((300, 100, 100), (50, 50, 50)), (False, False)),
+    (placed((310, 110, 0), (50, 50, 50)), (False, False)),
+])  # fmt: skip
+def test_faces_touch_when_they_share_area(one, expected):
+    assert touches(one, [BLOCK], SMALL.size_mm, 10) == expected
+    model = ENGINES['paper'].model(Bin('b', 1, SMALL, (BLOCK,)))
+    found = touching(solids(model), SMALL.size_mm, one.corner_mm, one.size_mm, 10)
+    assert found == all(expected)
+
+
+def test_a_face_off_the_grid_is_touched_from_the_nearest_grid_position():
+    odd = placed((0, 0, 0), (103, 100, 100), 'odd')
+    assert touches(placed((110, 0, 0), (50, 50, 50)), [odd], SMALL.size_mm, 10)[0]
+    assert not touches(placed((120, 0, 0), (50, 50, 50)), [odd], SMALL.size_mm, 10)[0]
+    narrow = (605, 400, 400)
+    assert touches(placed((550, 0, 0), (50, 50, 50)), [], narrow, 10)[0]
+
+
+def scan_touching(engine, box, bins):
+    """Best (key, placement) over every grid position that touches both ways, by slow rules."""
+    profile, w = engine.profile, engine.weights
+    step, best = profile.resolution_mm, None
+    for index, target in enumerate(bins):
+        length, breadth, _ = target.spec.size_mm
+        for turn in allowed_orientations(box, profile.orientations):
+            size = planned_size(box, turn, profile)
+            for x in range(0, length - size[0] + 1, step):
+                for y in range(0, breadth - size[1] + 1, step):
+                    z = max((one.top_mm for one in target.boxes
+                             if one.corner_mm[0] < x + size[0] and x < one.far_mm[0]
+                             and one.corner_mm[1] < y + size[1] and y < one.far_mm[1]),
+                            default=0)  # fmt: skip
+                    objective = (
+                        w.position * (x + y)
+                        + w.height * (z + size[2])
+                        + 10.0 * w.bin_index * (index + 1)
+                    )
+                    key = (objective, index, z, y, x, ORIENTATIONS.index(turn))
+                    if best is not None and key >= best[0]:
+                        continue
+                    one = PlacedBox(box, (x, y, z), size, turn)
+                    if all(touches(one, target.boxes, target.spec.size_mm, step)) and not any(
+                        violations(one, target.boxes, target.spec, profile)
+                    ):
+                        best = (key, one, index)
+    return best
+
+
+@pytest.mark.parametrize('name', ENGINES)
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(seed=st.integers(0, 10**6), count=st.integers(0, 14), odd=st.booleans())
+def test_the_argmin_under_contact_is_that_of_a_scan(name, seed, count, odd):
+    engine, rng = ENGINES[name], random.Random(seed)
+    builder = Engine(coarse(name.split('-')[0], 7)) if odd else engine
+    bins = [random_bin(builder, rng, count, 'bin-1'), random_bin(engine, rng, count // 2, 'bin-2')]
+    for trial in range(2):
+        box = random_box(rng, f'new-{trial}')
+        expected = scan_touching(engine, box, bins)
+        found = engine.best_placement(box, [engine.model(one) for one in bins], cep=True)
+        if expected is None:
+            assert found is None
+        else:
+            assert (found.placed, found.bin_index) == expected[1:]
+            assert found.objective == pytest.approx(expected[0][0] / 10)
+
+
+def test_every_box_that_is_really_placed_touches_along_x_and_y():
+    engine, rng = ENGINES['paper'], random.Random(2)
+    spec = BinSpec('80x45x45', (800, 450, 450))
+    target, waiting, apart = Bin('a', 1, spec), [], 0
+    for number in range(60):
+        waiting.append(random_box(rng, f'box-{number}'))
+        if len(waiting) < 4:
+            continue
+        model = engine.model(target)
+        with_contact = Problem(engine, tuple(waiting), (model,), cep=True)
+        choice = find_algorithm('mpack_lite')(with_contact)
+        if choice is None:
+            target, waiting = Bin(f'{number}', 1, spec), waiting[1:]
+            continue
+        one = choice.candidate.placed
+        assert all(touches(one, target.boxes, spec.size_mm, 20))
+        free = engine.best_placement(one.box, [model])
+        apart += not all(touches(free.placed, target.boxes, spec.size_mm, 20))
+        target = Bin(target.id, 1, spec, (*target.boxes, one), revision=target.revision + 1)
+        waiting.remove(one.box)
+    assert apart, 'without the constraints some box would stand apart'
