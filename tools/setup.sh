@@ -47,6 +47,7 @@ build_digest() {
   (
     printf '%s\n' "$1"
     cat "$root/tools/setup.sh"
+    find "$root/tools/wheels" -type f -print0 | LC_ALL=C sort -z | xargs -0 cat --
     cd "$root/packages"
     find . \( -name '.?*' -o -name __pycache__ -o -name test \) -prune -o -type f -print |
       grep -v '^\./\([^/]*\)/\1/.*\.py$' | LC_ALL=C sort
@@ -221,7 +222,10 @@ build_environment() {
 run_colcon() (
   build_environment
   cd "$state"
-  COLCON_LOG_PATH=$log/colcon python -m colcon build --base-paths "$root/packages" \
+  paths=("$root/packages")
+  # What a Jazzy has and its wheels have not.
+  [[ $ros_prefix ]] || paths+=("$root/tools/wheels")
+  COLCON_LOG_PATH=$log/colcon python -m colcon build --base-paths "${paths[@]}" \
     --symlink-install --event-handlers console_direct- console_cohesion+ \
     --cmake-args "-DPython3_EXECUTABLE=$venv/bin/python" -DBUILD_TESTING=OFF
 )
@@ -230,7 +234,7 @@ build_packages() {
   local package
   for package in "$state"/install/*/; do
     package=$(basename "$package")
-    if [[ ! -e $root/packages/$package ]]; then
+    if [[ ! -e $root/packages/$package && ! -e $root/tools/wheels/$package ]]; then
       rm -rf "$state/install/$package" "$state/build/$package"
     fi
   done

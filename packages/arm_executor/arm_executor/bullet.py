@@ -12,7 +12,7 @@ from pathlib import Path
 import pybullet
 
 from arm_executor.layout import Block
-from arm_executor.robot.urdf import CELL_JOINT_NAMES
+from arm_executor.robot.tree import CELL_JOINT_NAMES
 from pack_msgs_py.cell_values import Pose, Quaternion
 from pack_msgs_py.values import Vec3
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from arm_executor.gripper import SLIP_DISTANCE, SuctionGripper
 from arm_executor.motion.timing import Trajectory
-from arm_executor.robot.urdf import CELL_JOINT_NAMES
+from arm_executor.robot.tree import CELL_JOINT_NAMES
 from arm_executor.run import Interrupted, Run
 from arm_executor.world import STEP_S, PhysicsWorld
 from pack_msgs_py.codes import ErrorCode, Phase

@@ -28,7 +28,7 @@ from arm_executor.motion.timing import Load, MotionLimits
 from arm_executor.pose_error import corner_distance, folded, turn_between
 from arm_executor.render import save_picture
 from arm_executor.robot.parameters import find_arm
-from arm_executor.robot.urdf import CELL_JOINT_NAMES
+from arm_executor.robot.tree import CELL_JOINT_NAMES
 from arm_executor.run import Interrupted, Run
 from arm_executor.stands import SETTLE_TIMEOUT_S, Stand, Stands
 from arm_executor.world import STEP_S, PhysicsWorld

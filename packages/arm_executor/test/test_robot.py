@@ -9,10 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from arm_executor.admission import rotation_matrix
 from arm_executor.layout import Layout, Rail
 from arm_executor.robot.kinematics import BRANCHES, CellKinematics, forward, inverse
 from arm_executor.robot.parameters import ARMS, find_arm
-from arm_executor.robot.urdf import CELL_JOINT_NAMES, cell_urdf
+from arm_executor.robot.tree import CELL_JOINT_NAMES, LINKS, cell_joints
+from arm_executor.robot.urdf import cell_urdf
 
 ANGLES = st.lists(st.floats(-3.1, 3.1), min_size=6, max_size=6)
 
@@ -104,28 +106,72 @@ def test_urdf_carries_the_published_limits_and_masses(name):
     assert model.velocityLimit[1:] == pytest.approx(arm.max_speed, abs=1e-5)
     assert model.effortLimit[1:] == pytest.approx(arm.max_torque)
     arm_mass = sum(inertia.mass for inertia in list(model.inertias)[2:])
-    assert arm_mass == pytest.approx(sum(arm.masses) + Layout().tool.mass, abs=0.01)
+    assert arm_mass == pytest.approx(
+        sum(link.mass for link in arm.links) + Layout().tool.mass, abs=0.01
+    )
 
 
-def test_urdf_loads_in_physics_with_the_pad_in_the_same_place():
+@pytest.mark.parametrize('name', ARMS)
+def test_urdf_in_physics_has_the_pad_where_the_closed_form_says_and_the_published_inertias(name):
     pybullet = pytest.importorskip('pybullet')
     from arm_executor import bullet
 
-    arm, layout = find_arm('ur20'), Layout()
+    arm, layout = find_arm(name), Layout()
     client = bullet.connect()
     try:
         robot = bullet.load_robot(client, cell_urdf(arm, layout))
-        links = {name: number for number, name in bullet.link_names(client, robot).items()}
-        q = np.array([0.3, -1.8, -1.2, 1.7, 1.0, 1.5, 0.4])
-        for joint, value in zip(bullet.joint_indices(client, robot), q, strict=True):
-            pybullet.resetJointState(robot, joint, value, physicsClientId=client)
-        state = pybullet.getLinkState(
-            robot, links['tcp'], computeForwardKinematics=1, physicsClientId=client
-        )
-        pad = CellKinematics(arm, layout).tool(q)[0]
-        assert state[4] == pytest.approx(pad[:3, 3], abs=1e-6)
+        links = {link: number for number, link in bullet.link_names(client, robot).items()}
+        rng = np.random.default_rng(5)
+        for q in rng.uniform(-2, 2, (10, 7)):
+            for joint, value in zip(bullet.joint_indices(client, robot), q, strict=True):
+                pybullet.resetJointState(robot, joint, value, physicsClientId=client)
+            state = pybullet.getLinkState(
+                robot, links['tcp'], computeForwardKinematics=1, physicsClientId=client
+            )
+            pad = CellKinematics(arm, layout).tool(q)[0]
+            assert state[4] == pytest.approx(pad[:3, 3], abs=1e-6)
+            turn = np.array(pybullet.getMatrixFromQuaternion(state[5])).reshape(3, 3)
+            assert np.abs(turn - pad[:3, :3]).max() < 1e-5
+        for link, inertia in zip(LINKS[1:], arm.links, strict=True):
+            mass, _, principal, *_ = pybullet.getDynamicsInfo(
+                robot, links[link], physicsClientId=client
+            )
+            assert mass == pytest.approx(inertia.mass, rel=1e-5)
+            assert sorted(principal) == pytest.approx(
+                np.linalg.eigvalsh(matrix(inertia)), rel=1e-3, abs=1e-6
+            )
     finally:
         pybullet.disconnect(physicsClientId=client)
+
+
+def matrix(inertia):
+    ixx, ixy, ixz, iyy, iyz, izz = inertia.tensor
+    return np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+
+
+@pytest.mark.parametrize('name', ARMS)
+def test_every_link_could_exist(name):
+    """Positive masses; tensors positive definite; no principal moment above the sum of others."""
+    for inertia in ARMS[name].links:
+        least, middle, most = np.linalg.eigvalsh(matrix(inertia))
+        assert inertia.mass > 0
+        assert least > 0
+        assert most <= least + middle
+
+
+@pytest.mark.parametrize('name', ARMS)
+@settings(max_examples=30, deadline=None)
+@given(rail=st.floats(-2.4, 2.4), angles=ANGLES)
+def test_transforms_of_the_tree_lead_to_the_pad(name, rail, angles):
+    arm, layout = ARMS[name], Layout(rail=Rail(base_height=1.1))
+    q = [rail, *angles]
+    pose = np.eye(4)
+    for joint in cell_joints(arm, layout):
+        step = np.eye(4)
+        one = joint.transform(q)
+        step[:3, :3], step[:3, 3] = rotation_matrix(one.quaternion), one.position
+        pose = pose @ step
+    assert np.abs(pose - CellKinematics(arm, layout).tool(q)[0]).max() < 1e-9
 
 
 def test_unknown_robot_lists_the_known_ones():

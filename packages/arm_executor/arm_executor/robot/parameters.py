@@ -1,15 +1,17 @@
 """Published parameters of the supported arms.
 
-Kinematics, joint speeds and torques: Universal Robots, 'DH parameters for calculations of
-kinematics and dynamics' and 'Max. joint torques'; masses from the same table. Payload and reach
-from the data sheets. Radii and lateral offsets of the links are measured from drawings, to the
-centimetre. Metres, radians, N m, kg.
+Published: kinematics, joint speeds and torques (Universal Robots, 'DH parameters for calculations
+of kinematics and dynamics' and 'Max. joint torques'), payload and reach (data sheets), lateral
+offsets (their ROS 2 description). Masses and inertias have a file of their own, `inertias`.
+Estimated: the radii of the links, from drawings, to the centimetre. Metres, radians, N m, kg.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+
+from arm_executor.robot.inertias import INERTIAS, SixLinks
 
 Six = tuple[float, float, float, float, float, float]
 
@@ -32,7 +34,6 @@ class ArmModel:
     d1, a2, a3, d4, d5, d6 : Denavit-Hartenberg lengths; the twists are those of every UR.
     max_speed, max_torque : per joint, rad/s and N m.
     payload, payload_tool_down : at any orientation, and with the tool kept vertical, kg.
-    masses : of the six moving links.
     radii : of shoulder, upper arm, forearm and the three wrists, for the collision shapes.
     shoulder_offset, elbow_offset : how far upper arm and forearm stand beside their joint plane.
     """
@@ -49,10 +50,14 @@ class ArmModel:
     payload: float
     payload_tool_down: float
     reach: float
-    masses: Six
     radii: Six
     shoulder_offset: float
     elbow_offset: float
+
+    @property
+    def links(self) -> SixLinks:
+        """Mass, centre of mass and inertia of the six moving links."""
+        return INERTIAS[self.name]
 
 
 def _speeds(big: float, elbow: float, wrist: float) -> Six:
@@ -100,7 +105,6 @@ ARMS: dict[str, ArmModel] = {
             payload=5.0,
             payload_tool_down=5.0,
             reach=0.85,
-            masses=(3.761, 8.058, 2.846, 1.37, 1.3, 0.365),
             radii=(0.075, 0.07, 0.06, 0.055, 0.045, 0.045),
             shoulder_offset=0.138,
             elbow_offset=0.007,
@@ -112,7 +116,6 @@ ARMS: dict[str, ArmModel] = {
             payload=12.5,
             payload_tool_down=12.5,
             reach=1.30,
-            masses=(7.369, 13.051, 3.989, 2.1, 1.98, 0.615),
             **_E10,  # type: ignore[arg-type]
         ),
         ArmModel(
@@ -122,7 +125,6 @@ ARMS: dict[str, ArmModel] = {
             payload=16.0,
             payload_tool_down=16.0,
             reach=0.90,
-            masses=(7.369, 10.45, 4.321, 2.18, 2.033, 0.907),
             **_E10,  # type: ignore[arg-type]
         ),
         ArmModel(
@@ -132,7 +134,6 @@ ARMS: dict[str, ArmModel] = {
             payload=20.0,
             payload_tool_down=25.0,
             reach=1.75,
-            masses=(16.343, 29.632, 7.879, 3.054, 3.126, 0.926),
             **_BIG,  # type: ignore[arg-type]
         ),
         ArmModel(
@@ -142,7 +143,6 @@ ARMS: dict[str, ArmModel] = {
             payload=30.0,
             payload_tool_down=35.0,
             reach=1.30,
-            masses=(16.343, 28.542, 7.156, 3.054, 3.126, 0.926),
             **_BIG,  # type: ignore[arg-type]
         ),
     )

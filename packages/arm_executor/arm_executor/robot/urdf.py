@@ -1,8 +1,8 @@
 """The robot's URDF, made of cylinders, spheres and boxes from published parameters.
 
-One text serves physics, collision checks, dynamics and ``robot_description``. The root link is
-`cell`; then the rail, the pedestal on its carriage, six joints, the mast (`tool`) and the pad's
-face (`tcp`). Link frames follow Universal Robots' ROS description.
+One text serves physics, collision checks, dynamics and ``robot_description``. Inertias of carriage,
+base and mast are estimated from their shapes; those of the arm are in
+:mod:`arm_executor.robot.inertias`.
 """
 
 from __future__ import annotations
@@ -11,12 +11,10 @@ import math
 from dataclasses import dataclass
 
 from arm_executor.layout import Layout
-from arm_executor.robot.parameters import JOINT_NAMES, ArmModel
+from arm_executor.robot.inertias import LinkInertia
+from arm_executor.robot.parameters import ArmModel
+from arm_executor.robot.tree import LINKS, Joint, cell_joints
 from pack_msgs_py.values import Vec3
-
-RAIL_JOINT = 'rail_joint'
-CELL_JOINT_NAMES = (RAIL_JOINT, *JOINT_NAMES)
-LINKS = ('base_link', 'shoulder', 'upper_arm', 'forearm', 'wrist_1', 'wrist_2', 'wrist_3')
 
 _GREY, _BLUE = '0.78 0.80 0.82 1', '0.25 0.52 0.80 1'
 _BLACK, _STEEL = '0.1 0.1 0.1 1', '0.40 0.42 0.45 1'
@@ -33,6 +31,9 @@ _COLOURS = {
 }
 
 _PAD_THICKNESS = 0.04
+#: Estimated, kg.
+_CARRIAGE_MASS = 150.0
+_WEIGHTLESS = LinkInertia(1e-3, (0.0, 0.0, 0.0), (1e-6, 0.0, 0.0, 1e-6, 0.0, 1e-6))
 
 
 @dataclass(frozen=True)
@@ -66,36 +67,29 @@ def cell_urdf(arm: ArmModel, layout: Layout) -> str:
     """URDF of ``arm`` on the rail of ``layout`` with its suction mast."""
     parts = [f'<robot name="{arm.name}_cell">', '<link name="cell"/>', _carriage(layout)]
     parts += [_link(arm, index) for index in range(len(LINKS))]
-    weightless = _inertial((0, 0, 0), 1e-3, 1e-6, 1e-6)
-    parts += [_tool(layout), f'<link name="tcp">{weightless}</link>']
-    rail = layout.rail
-    parts.append(
-        f'<joint name="{RAIL_JOINT}" type="prismatic"><parent link="cell"/>'
-        '<child link="carriage"/><axis xyz="1 0 0"/>'
-        f'<limit lower="{rail.x_min:g}" upper="{rail.x_max:g}" effort="{rail.force:g}" '
-        f'velocity="{rail.speed:g}"/></joint>'
-    )
-    parts.append(_fixed('pedestal', 'carriage', 'base_link', (0, 0, rail.base_height)))
-    origins: tuple[tuple[Vec3, float], ...] = (
-        ((0, 0, arm.d1), 0.0),
-        ((0, 0, 0), math.pi / 2),
-        ((arm.a2, 0, 0), 0.0),
-        ((arm.a3, 0, arm.d4), 0.0),
-        ((0, -arm.d5, 0), math.pi / 2),
-        ((0, arm.d6, 0), -math.pi / 2),
-    )
-    for index, (name, (xyz, roll)) in enumerate(zip(JOINT_NAMES, origins, strict=True)):
-        limit = joint_limit(index)
-        parts.append(
-            f'<joint name="{name}" type="revolute"><parent link="{LINKS[index]}"/>'
-            f'<child link="{LINKS[index + 1]}"/><origin xyz="{_text(xyz)}" rpy="{roll:.12f} 0 0"/>'
-            f'<axis xyz="0 0 1"/><limit lower="{-limit:.6f}" upper="{limit:.6f}" '
-            f'effort="{arm.max_torque[index]:g}" velocity="{arm.max_speed[index]:.6f}"/></joint>'
-        )
-    parts.append(_fixed('flange', 'wrist_3', 'tool', (0, 0, 0)))
-    parts.append(_fixed('pad_face', 'tool', 'tcp', (0, 0, layout.tool.length)))
+    parts += [_tool(layout), f'<link name="tcp">{_inertial(_WEIGHTLESS)}</link>']
+    parts += [_joint(joint, arm, layout) for joint in cell_joints(arm, layout)]
     parts.append('</robot>')
     return '<?xml version="1.0"?>\n' + '\n'.join(parts) + '\n'
+
+
+def _joint(joint: Joint, arm: ArmModel, layout: Layout) -> str:
+    ends = f'<parent link="{joint.parent}"/><child link="{joint.child}"/>'
+    origin = f'<origin xyz="{_text(joint.xyz)}" rpy="{joint.roll:.12f} 0 0"/>'
+    if joint.index is None:
+        return f'<joint name="{joint.name}" type="fixed">{ends}{origin}</joint>'
+    if joint.index == 0:
+        rail, kind, axis = layout.rail, 'prismatic', '1 0 0'
+        low, high, effort, speed = rail.x_min, rail.x_max, rail.force, rail.speed
+    else:
+        index, kind, axis = joint.index - 1, 'revolute', '0 0 1'
+        high = joint_limit(index)
+        low, effort, speed = -high, arm.max_torque[index], arm.max_speed[index]
+    return (
+        f'<joint name="{joint.name}" type="{kind}">{ends}{origin}<axis xyz="{axis}"/>'
+        f'<limit lower="{low:.9g}" upper="{high:.9g}" effort="{effort:g}" '
+        f'velocity="{speed:.9g}"/></joint>'
+    )
 
 
 def joint_limit(index: int) -> float:
@@ -105,36 +99,26 @@ def joint_limit(index: int) -> float:
 
 def _link(arm: ArmModel, index: int) -> str:
     name = LINKS[index]
-    mass = 4.0 if index == 0 else arm.masses[index - 1]
-    centre: Vec3 = {
-        'base_link': (0.0, 0.0, 0.05),
-        'upper_arm': (arm.a2 * 0.45, 0.0, arm.shoulder_offset * 0.85),
-        'forearm': (arm.a3 * 0.5, 0.0, arm.elbow_offset * 1.2),
-        'wrist_1': (0.0, -0.02, 0.0),
-        'wrist_2': (0.0, 0.02, 0.0),
-        'wrist_3': (0.0, 0.0, -0.03),
-    }.get(name, (0.0, 0.0, 0.0))
-    length = {'upper_arm': -arm.a2, 'forearm': -arm.a3}.get(name, 0.15)
-    across = mass * (length * length / 12 + 0.003)
-    along = mass * 0.006 if name in ('upper_arm', 'forearm') else across
+    inertia = arm.links[index - 1] if index else _cylinder(4.0, 0.05, arm.radii[0], 0.1)
     shapes = ''.join(
         _capsule(capsule, tag)
         for capsule in arm_capsules(arm)
         if capsule.link == name
         for tag in ('visual', 'collision')
     )
-    return f'<link name="{name}">{_inertial(centre, mass, along, across)}{shapes}</link>'
+    return f'<link name="{name}">{_inertial(inertia)}{shapes}</link>'
 
 
 def _carriage(layout: Layout) -> str:
     rail = layout.rail
-    height = rail.base_height
-    geometry = f'<cylinder radius="{rail.pedestal_radius:g}" length="{height:g}"/>'
+    height, radius = rail.base_height, rail.pedestal_radius
+    geometry = f'<cylinder radius="{radius:g}" length="{height:g}"/>'
     shape = ''.join(
         _shape(tag, (0, 0, height / 2), (0, 0, 0), geometry, 'carriage')
         for tag in ('visual', 'collision')
     )
-    return f'<link name="carriage">{_inertial((0, 0, 0.3), 150.0, 10.0, 10.0)}{shape}</link>'
+    inertia = _cylinder(_CARRIAGE_MASS, height / 2, radius, height)
+    return f'<link name="carriage">{_inertial(inertia)}{shape}</link>'
 
 
 def _tool(layout: Layout) -> str:
@@ -147,9 +131,16 @@ def _tool(layout: Layout) -> str:
         + _shape(tag, (0, 0, tool.length - _PAD_THICKNESS / 2), (0, 0, 0), pad, 'tool')
         for tag in ('visual', 'collision')
     )
-    centre = (0.0, 0.0, tool.length * 0.6)
-    inertia = tool.mass * tool.length**2 / 12
-    return f'<link name="tool">{_inertial(centre, tool.mass, inertia, inertia)}{shapes}</link>'
+    # Below its middle, since the pad is at its end.
+    inertia = _cylinder(tool.mass, tool.length * 0.6, tool.diameter / 2, tool.length)
+    return f'<link name="tool">{_inertial(inertia)}{shapes}</link>'
+
+
+def _cylinder(mass: float, height: float, radius: float, length: float) -> LinkInertia:
+    """A cylinder along z with its centre at ``height``."""
+    across = mass * (3 * radius * radius + length * length) / 12
+    along = mass * radius * radius / 2
+    return LinkInertia(mass, (0.0, 0.0, height), (across, 0.0, 0.0, across, 0.0, along))
 
 
 def _capsule(capsule: Capsule, tag: str) -> str:
@@ -174,18 +165,14 @@ def _shape(tag: str, xyz: Vec3, rpy: Vec3, geometry: str, link: str) -> str:
     )
 
 
-def _inertial(centre: Vec3, mass: float, along: float, across: float) -> str:
-    return (
-        f'<inertial><origin xyz="{_text(centre)}"/><mass value="{mass:g}"/>'
-        f'<inertia ixx="{along:.8f}" ixy="0" ixz="0" iyy="{across:.8f}" iyz="0" '
-        f'izz="{across:.8f}"/></inertial>'
+def _inertial(inertia: LinkInertia) -> str:
+    names = ('ixx', 'ixy', 'ixz', 'iyy', 'iyz', 'izz')
+    tensor = ' '.join(
+        f'{name}="{value:.8g}"' for name, value in zip(names, inertia.tensor, strict=True)
     )
-
-
-def _fixed(name: str, parent: str, child: str, xyz: Vec3) -> str:
     return (
-        f'<joint name="{name}" type="fixed"><parent link="{parent}"/><child link="{child}"/>'
-        f'<origin xyz="{_text(xyz)}"/></joint>'
+        f'<inertial><origin xyz="{_text(inertia.centre)}" rpy="{inertia.roll:.12f} 0 0"/>'
+        f'<mass value="{inertia.mass:g}"/><inertia {tensor}/></inertial>'
     )
 
 
