@@ -92,6 +92,7 @@ def placed_from_json(text: str) -> PlacedBox:
             allowed_up=box['allowed_up'],
             max_top_load_n=box['max_top_load_n'],
             destination=box['destination'],
+            size_stddev_mm=tuple(box['size_stddev_mm']),
             extra=tuple((key, value) for key, value in box['extra']),
         ),
         corner_mm=tuple(data['corner_mm']),

@@ -166,7 +166,8 @@ def test_recent_events_and_closed_bins_are_kept_with_their_stamps(tmp_path):
 
 
 def test_everything_about_a_box_comes_back():
-    box = Box('ö "1"', (1.5, 2.25, 3.0), 0.1, (0.1, 0.2, -0.3), 16, 12.5, 'Oslo', (('row', '7'),))
+    box = Box('ö "1"', (1.5, 2.25, 3.0), 0.1, (0.1, 0.2, -0.3), 16, 12.5, 'Oslo', (2.0, 1.5, 0.5))
+    box = replace(box, extra=(('row', '7'),))
     placed = placed_of(replace(make_decision(make_box()), box=box))
     again = placed_from_json(placed_to_json(placed))
     assert again == placed

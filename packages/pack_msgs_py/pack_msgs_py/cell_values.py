@@ -35,7 +35,6 @@ class ScannedBox:
     pick_close_s: float | None = None
     travel_time_s: float = 0.0
     laps: int = 0
-    size_stddev_mm: Vec3 = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,8 @@ class Profile:
     max_payload_kg : heaviest box the arm may lift; ``None`` for no limit.
     max_bin_weight_kg : heaviest total of a bin; ``None`` for no limit.
     check_top_load : whether ``Box.max_top_load_n`` is honoured down the stack.
+    size_sigmas : how many standard deviations of its measured size are added to the footprint of a
+        box, so that the true box fits; heights are taken as measured (docs/decisions.md).
     """
 
     name: str
@@ -42,6 +44,7 @@ class Profile:
     max_payload_kg: float | None = None
     max_bin_weight_kg: float | None = None
     check_top_load: bool = False
+    size_sigmas: float = 0.0
 
     def __post_init__(self) -> None:
         if self.orientations not in ORIENTATION_RULES:
@@ -68,6 +71,7 @@ PROFILES: dict[str, Profile] = {
         max_payload_kg=20.0,
         max_bin_weight_kg=500.0,
         check_top_load=True,
+        size_sigmas=2.0,
     ),
 }
 
@@ -86,10 +90,15 @@ def _round_up(value: float, step: int) -> int:
 
 
 def planned_size(box: Box, orientation: str, profile: Profile) -> Int3:
-    """Space to reserve for ``box`` in ``orientation``: rotated, clearance added, rounded up, mm."""
+    """Space to reserve for ``box`` in ``orientation``, mm.
+
+    Rotated, clearance and the margin for the scanner's error added, rounded up.
+    """
     dx, dy, dz = oriented_size(box.size_mm, orientation)
+    sx, sy, _ = oriented_size(box.size_stddev_mm, orientation)
+    margin, sigmas = profile.clearance_mm, profile.size_sigmas
     return (
-        _round_up(dx + profile.clearance_mm, profile.resolution_mm),
-        _round_up(dy + profile.clearance_mm, profile.resolution_mm),
+        _round_up(dx + margin + sigmas * sx, profile.resolution_mm),
+        _round_up(dy + margin + sigmas * sy, profile.resolution_mm),
         _round_up(dz, profile.resolution_z_mm),
     )

@@ -15,6 +15,7 @@ Int3 = tuple[int, int, int]
 
 MAX_EDGE_MM = 10_000.0
 MAX_WEIGHT_KG = 10_000.0
+MAX_STDDEV_MM = 1000.0
 
 #: Faces that may point up; a box's ``allowed_up`` is a bitwise OR of these.
 UP_POS_X, UP_NEG_X, UP_POS_Y, UP_NEG_Y, UP_POS_Z, UP_NEG_Z = 1, 2, 4, 8, 16, 32
@@ -39,12 +40,13 @@ class Box:
     Attributes
     ----------
     id : names the box for its whole life.
-    size_mm : true edge lengths along the box's own x, y, z; z stands up on the belt.
+    size_mm : edge lengths along the box's own x, y, z, as measured; z stands up on the belt.
     weight_kg : total mass.
     com_offset_mm : centre of mass relative to the geometric centre, box axes.
     allowed_up : faces that may point up, OR of the ``UP_*`` constants.
     max_top_load_n : load the top may carry, newtons; 0 none, ``None`` not known.
     destination : where it is bound for, empty when the cell does not sort.
+    size_stddev_mm : one standard deviation of the measured edges; 0 when not estimated.
     extra : further columns of a box file, kept as they came.
     """
 
@@ -55,6 +57,7 @@ class Box:
     allowed_up: int = UP_ANY
     max_top_load_n: float | None = None
     destination: str = ''
+    size_stddev_mm: Vec3 = (0.0, 0.0, 0.0)
     extra: tuple[tuple[str, str], ...] = field(default=(), compare=False)
 
     @property
@@ -187,6 +190,13 @@ def check_box(box: Box) -> Box:
     if not 1 <= box.allowed_up <= UP_ANY:
         msg = f'box {box.id!r}: allowed_up is {box.allowed_up}; it must be 1 to {UP_ANY}'
         raise ValueError(msg)
+    for axis, deviation in zip('xyz', box.size_stddev_mm, strict=True):
+        if not 0 <= deviation <= MAX_STDDEV_MM:
+            msg = (
+                f'box {box.id!r}: standard deviation of size {axis} is {deviation:g} mm; '
+                f'it must be 0 to {MAX_STDDEV_MM:g}'
+            )
+            raise ValueError(msg)
     load = box.max_top_load_n
     if load is not None and (not math.isfinite(load) or load < 0):
         msg = f'box {box.id!r}: max_top_load is {load:g} N; it must be finite and not negative'

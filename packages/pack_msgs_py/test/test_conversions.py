@@ -1,6 +1,7 @@
 """Values survive the trip through messages; bad messages are refused with the value."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -41,9 +42,17 @@ def test_an_unknown_top_load_survives():
 
 
 def test_a_scan_survives():
-    item = ScannedBox(BOX, POSE, 12.5, None, 1.25, 3, (2.0, 2.0, 2.0))
+    box = replace(BOX, size_stddev_mm=(2.0, 2.0, 1.5))
+    item = ScannedBox(box, POSE, 12.5, None, 1.25, 3)
     scan = Scan(7, 100.25, (item,), 'cell', (0.0, -1.0, 0.0), 12, 28)
     assert conv.scan_from_ros(conv.scan_to_ros(scan)) == (scan, [])
+
+
+def test_a_scanner_may_say_its_deviation_beside_the_box_alone():
+    msg = conv.scan_to_ros(Scan(7, 100.25, (ScannedBox(BOX, POSE),)))
+    msg.boxes[0].size_stddev.y = 0.002
+    scan, _ = conv.scan_from_ros(msg)
+    assert scan.boxes[0].box.size_stddev_mm == (0.0, 2.0, 0.0)
 
 
 def test_bins_survive_with_measured_poses():

@@ -156,6 +156,12 @@ def test_the_paper_profile_rounds_up_and_keeps_whole_centimetres():
     assert planned_size(Box('a', (300.0, 200.1, 95)), 'xyz', PAPER) == (300, 210, 100)
 
 
+def test_the_footprint_keeps_a_margin_for_the_error_of_the_scanner_where_the_profile_wants_it():
+    box = Box('a', (590, 390, 270.3), size_stddev_mm=(4.0, 2.0, 2.0))
+    assert planned_size(box, 'yxz', PROFILES['cell']) == (400, 610, 271)
+    assert planned_size(box, 'yxz', PAPER) == (390, 590, 280)
+
+
 def test_unknown_profiles_and_orientation_rules_are_refused():
     with pytest.raises(ValueError, match='paper, cell'):
         find_profile('lab')

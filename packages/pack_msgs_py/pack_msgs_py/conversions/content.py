@@ -43,6 +43,7 @@ def box_to_ros(box: Box) -> BoxMsg:
         allowed_up=box.allowed_up,
         max_top_load=-1.0 if box.max_top_load_n is None else float(box.max_top_load_n),
         destination=box.destination,
+        size_stddev=vector_to_ros(box.size_stddev_mm, 1e-3),
     )
 
 
@@ -58,6 +59,7 @@ def box_from_ros(msg: BoxMsg) -> Box:
             allowed_up=msg.allowed_up,
             max_top_load_n=None if load < 0 else load,
             destination=msg.destination,
+            size_stddev_mm=tidy(vector_from_ros('size_stddev', msg.size_stddev, 1e3)),
         )
     )
 

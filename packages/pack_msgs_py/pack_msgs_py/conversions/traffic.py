@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from pack_msgs.msg import BoxEvent as BoxEventMsg
 from pack_msgs.msg import (
     BoxScan,
@@ -29,12 +31,14 @@ from pack_msgs_py.conversions.basic import (
     duration_to_ros,
     pose_from_ros,
     pose_to_ros,
+    tidy,
     time_from_ros,
     time_to_ros,
     vector_from_ros,
     vector_to_ros,
 )
 from pack_msgs_py.conversions.content import box_from_ros, box_to_ros
+from pack_msgs_py.values import check_box
 
 
 def scanned_box_to_ros(item: ScannedBox) -> ScannedBoxMsg:
@@ -42,7 +46,7 @@ def scanned_box_to_ros(item: ScannedBox) -> ScannedBoxMsg:
     return ScannedBoxMsg(
         box=box_to_ros(item.box),
         pose=pose_to_ros(item.pose),
-        size_stddev=vector_to_ros(item.size_stddev_mm, 1e-3),
+        size_stddev=vector_to_ros(item.box.size_stddev_mm, 1e-3),
         pick_open=time_to_ros(item.pick_open_s or 0.0),
         pick_close=time_to_ros(item.pick_close_s or 0.0),
         travel_time=duration_to_ros(item.travel_time_s),
@@ -52,14 +56,17 @@ def scanned_box_to_ros(item: ScannedBox) -> ScannedBoxMsg:
 
 def scanned_box_from_ros(msg: ScannedBoxMsg) -> ScannedBox:
     """pack_msgs/ScannedBox as a checked value."""
+    box = box_from_ros(msg.box)
+    if not any(box.size_stddev_mm):
+        deviation = tidy(vector_from_ros('size_stddev', msg.size_stddev, 1e3))
+        box = check_box(replace(box, size_stddev_mm=deviation))
     return ScannedBox(
-        box=box_from_ros(msg.box),
+        box=box,
         pose=pose_from_ros('pose', msg.pose),
         pick_open_s=time_from_ros(msg.pick_open) or None,
         pick_close_s=time_from_ros(msg.pick_close) or None,
         travel_time_s=duration_from_ros(msg.travel_time),
         laps=msg.laps,
-        size_stddev_mm=vector_from_ros('size_stddev', msg.size_stddev, 1e3),
     )
 
 
