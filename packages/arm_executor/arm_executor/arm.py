@@ -63,6 +63,17 @@ class MotionPlan:
 
 
 @dataclass(frozen=True)
+class Ahead:
+    """A motion that is under way while the next one is planned.
+
+    ``plan`` says where it will leave the arm, ``rest`` where its box will rest, bin frame.
+    """
+
+    plan: MotionPlan
+    rest: Pose
+
+
+@dataclass(frozen=True)
 class MotionResult:
     """How a motion ended. Seconds are robot time, poses in the bin frame.
 
@@ -101,7 +112,11 @@ class MotionHooks:
 
 
 class Arm(Protocol):
-    """An arm in its cell. Calls come from one thread at a time, except ``joint_positions``."""
+    """An arm in its cell.
+
+    Calls come from one thread, but :meth:`plan` from a second one too, and ``joint_positions``
+    from any.
+    """
 
     def set_bins(self, bins: Sequence[Bin], poses: Mapping[str, Pose]) -> dict[str, Pose]:
         """Make the world hold exactly ``bins`` (by their stations), and let it settle.
@@ -110,8 +125,11 @@ class Arm(Protocol):
         Boxes and bins that are already there as given are left alone.
         """
 
-    def plan(self, request: PlaceRequest) -> MotionPlan:
-        """Plan the whole motion; :class:`MotionError` when there is none. Nothing moves."""
+    def plan(self, request: PlaceRequest, ahead: Ahead | None = None) -> MotionPlan:
+        """Plan the whole motion; :class:`MotionError` when there is none. Nothing moves.
+
+        With ``ahead`` it starts where that motion ends, with its box in its bin.
+        """
 
     def execute(self, plan: MotionPlan, hooks: MotionHooks, stop: threading.Event) -> MotionResult:
         """Run ``plan``. When ``stop`` is set the arm comes to rest at once and stays still.

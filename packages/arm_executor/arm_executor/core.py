@@ -15,14 +15,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from arm_executor.admission import Goal, Refusal, Situation, admit
-from arm_executor.arm import Arm, MotionError
+from arm_executor.arm import Arm
 from arm_executor.belt import BeltClock, BeltView
 from arm_executor.bins import BinBook, BookError
+from arm_executor.checks import Checker, View, foresee
 from arm_executor.journal import JournalError
 from arm_executor.outputs import (
     BinClosed,
     BinsChanged,
-    Checked,
     Failed,
     Finished,
     Happened,
@@ -32,7 +32,7 @@ from arm_executor.outputs import (
     Ticket,
 )
 from arm_executor.placing import Placing, Tools
-from arm_executor.plans import PlanCache, request_of
+from arm_executor.plans import PlanCache
 from arm_executor.records import Step
 from arm_executor.settings import Settings
 from pack_msgs_py.cell_values import Report, Scan
@@ -41,8 +41,6 @@ from pack_msgs_py.values import Bin
 
 #: A goal may overtake the scan that it rests on, which comes by another topic, by this much.
 EARLY_S = 0.5
-#: More candidates of one request than this are answered with BUSY, since infeasible ones are slow.
-MAX_CANDIDATES = 8
 
 
 @dataclass(frozen=True)
@@ -86,6 +84,8 @@ class ExecutorCore:
         self._tools: Tools | None = None
         self._jobs: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._work, name='arm', daemon=True)
+        self._checker = Checker(self._view, emit)
+        self._in_world: tuple[int, ...] = ()
         self._placing: Placing | None = None
         self._early: list[tuple[Goal, float]] = []
         self._paused = False
@@ -98,6 +98,7 @@ class ExecutorCore:
         """Build the arm and recover the bins, in the background; goals are refused until then."""
         self._jobs.put(self._begin)
         self._thread.start()
+        self._checker.start()
 
     def end(self, timeout_s: float) -> bool:
         """Leave the arm still; ``False`` when it has not come to rest within ``timeout_s``."""
@@ -106,9 +107,11 @@ class ExecutorCore:
             placing.abandoned = True
         self._stop_motion()
         self._jobs.put(None)
+        until_s = self._steady() + timeout_s
+        checked = self._checker.end(timeout_s)
         if self._thread.is_alive():
-            self._thread.join(timeout_s)
-        return not self._thread.is_alive()
+            self._thread.join(max(0.0, until_s - self._steady()))
+        return checked and not self._thread.is_alive()
 
     def status(self) -> Status:
         """Mode and what is being done."""
@@ -193,9 +196,18 @@ class ExecutorCore:
             refusal = Refusal(ErrorCode.CANCELED, 'canceled before it was looked at')
             self._emit(Finished(self.refusal_report(goal, refusal)))
 
-    def check(self, ticket: Ticket, goals: Sequence[Goal]) -> None:
-        """Ask the arm about candidates; answers with a list of :class:`Checked`."""
-        self._jobs.put(lambda: self._check(ticket, goals))
+    def check(self, ticket: Ticket, goals: Sequence[Goal], enough_s: float = 0.0) -> None:
+        """Ask the arm about candidates; see :meth:`arm_executor.checks.Checker.check`."""
+        self._checker.check(ticket, goals, enough_s)
+
+    def _view(self) -> View:
+        # First what is under way, then what there is: the other way round a placement that ends
+        # in between would be neither.
+        placing, attempt = self._placing, self._book.attempt
+        situation = self._situation(self._wall())
+        serials = tuple(one.serial for one in situation.bins.bins)
+        view = View(situation, self._tools, in_step=serials == self._in_world)
+        return foresee(view, placing, under_way=attempt is not None)
 
     def swap(self, bin_id: str, revision: int) -> Bin:
         """Close a bin and open an empty one; :class:`BookError` says why not."""
@@ -263,6 +275,7 @@ class ExecutorCore:
             found = self._book.recover()
             state = self._book.state
             self._book.settled(arm.set_bins(state.bins, state.poses))
+            self._in_world = tuple(one.serial for one in state.bins)
         except Exception as error:
             self._fault = f'cannot start: {error}'
             self._emit(Failed(f'cannot start: {error}\n{traceback.format_exc()}'))
@@ -305,37 +318,12 @@ class ExecutorCore:
         self._placing = None
         self._emit(Finished(report))
 
-    def _check(self, ticket: Ticket, goals: Sequence[Goal]) -> None:
-        try:
-            self._emit(Replied(ticket, [self._checked(*one) for one in enumerate(goals)]))
-        except Exception:
-            code, text = ErrorCode.UNKNOWN, 'the executor failed; see its log'
-            self._emit(Replied(ticket, [Checked(code, text) for _ in goals]))
-            raise
-
-    def _checked(self, index: int, goal: Goal) -> Checked:
-        if index >= MAX_CANDIDATES:
-            text = f'candidate {index + 1}: at most {MAX_CANDIDATES} are looked at in one request'
-            return Checked(ErrorCode.BUSY, text)
-        refusal = admit(goal, self._situation(self._wall()), with_deadline=False)
-        if refusal is not None:
-            return Checked(refusal.code, refusal.message)
-        tools = self._ready()
-        target = self._book.state.find(goal.decision.bin_id)
-        if target is None:
-            return Checked(ErrorCode.INVALID_GOAL, f'bin {goal.decision.bin_id!r} was just closed')
-        try:
-            request = request_of(goal, target.station, self._belt.scan)
-            plan = self._plans.plan(tools.arm, request)
-        except MotionError as error:
-            return Checked(error.code, str(error))
-        return Checked(ErrorCode.NONE, '', plan.predicted_s)
-
     def _sync(self) -> None:
         """Make the arm's world hold the bins of the book."""
         self._plans.clear()
         state = self._book.state
         self._ready().arm.set_bins(state.bins, state.poses)
+        self._in_world = tuple(one.serial for one in state.bins)
 
     def _reset(self, ticket: Ticket) -> None:
         try:

@@ -12,6 +12,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import queue
 import sys
@@ -201,7 +202,8 @@ class ArmExecutor(Node):
     ) -> CheckPlacements.Response:
         asked: list[Goal | str] = [self._candidate(one) for one in request.candidates]
         future = Future()
-        self._core.check(future, [one for one in asked if isinstance(one, Goal)])
+        enough_s = request.enough if math.isfinite(request.enough) else 0.0
+        self._core.check(future, [one for one in asked if isinstance(one, Goal)], enough_s)
         answers = iter(await future)
         for one in asked:
             if isinstance(one, Goal):

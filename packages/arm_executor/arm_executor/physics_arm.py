@@ -15,7 +15,14 @@ from pathlib import Path
 
 import numpy as np
 
-from arm_executor.arm import MotionError, MotionHooks, MotionPlan, MotionResult, PlaceRequest
+from arm_executor.arm import (
+    Ahead,
+    MotionError,
+    MotionHooks,
+    MotionPlan,
+    MotionResult,
+    PlaceRequest,
+)
 from arm_executor.driver import ArmDriver
 from arm_executor.gripper import SuctionGripper
 from arm_executor.layout import Layout, check_layout, conveyor_block
@@ -108,6 +115,8 @@ class PhysicsArm:
         self._driver = ArmDriver(self.world, self.gripper, self._planner.home())
         self._presented: str | None = None
         self._held: _Held | None = None
+        # The world for planning is used by the thread that moves and by one that plans ahead.
+        self._planning_lock = threading.RLock()
 
     def set_bins(self, bins: Sequence[Bin], poses: Mapping[str, Pose]) -> dict[str, Pose]:
         """See :meth:`arm_executor.arm.Arm.set_bins`.
@@ -122,15 +131,24 @@ class PhysicsArm:
         for placed in (placed for one in bins for placed in one.boxes):
             if placed.box.id in (self.gripper.box_id, self._presented):
                 self._take_away(placed.box.id)
-        return self._stands.set_bins(bins, poses)
+        with self._planning_lock:
+            return self._stands.set_bins(bins, poses)
 
-    def plan(self, request: PlaceRequest) -> MotionPlan:
+    def plan(self, request: PlaceRequest, ahead: Ahead | None = None) -> MotionPlan:
         """See :meth:`arm_executor.arm.Arm.plan`."""
+        with self._planning_lock:
+            return self._planned(request, ahead)
+
+    def _planned(self, request: PlaceRequest, ahead: Ahead | None) -> MotionPlan:
         begun = time.perf_counter()
         stand = self._stands.find(request.station)
         if stand is None:
             msg = f'no bin stands at station {request.station!r}; open one there first'
             raise MotionError(ErrorCode.INVALID_GOAL, msg)
+        if ahead is not None:
+            with self._stands.expecting(stand, ahead) as site:
+                motion = self._planner.plan(request, ahead.plan.detail.retreat.q[-1], site)
+            return MotionPlan(request, motion.duration, time.perf_counter() - begun, motion)
         if self.gripper.box_id is not None:
             msg = f'the arm still holds box {self.gripper.box_id}; return it to the belt first'
             raise MotionError(ErrorCode.START_STATE_INVALID, msg)
@@ -205,7 +223,8 @@ class PhysicsArm:
             self._held = None
         if self._presented == box_id:
             self._presented = None
-        self._stands.forget(box_id)
+        with self._planning_lock:
+            self._stands.forget(box_id)
 
     def _measured(self, run: Run, stand: Stand, before: Mapping[str, Pose]) -> MotionResult:
         """Let everything settle and compare with what was asked."""
@@ -256,7 +275,8 @@ class PhysicsArm:
             pose = self.world.pose(box_id)
             others[box_id] = stand.frame.from_cell(pose)
             moved = max(moved, corner_distance(pose, was, self.world.boxes[box_id].size))
-        self._stands.show_planner(stand)
+        with self._planning_lock:
+            self._stands.show_planner(stand)
         return others, moved
 
     def _ended_early(
@@ -283,7 +303,8 @@ class PhysicsArm:
         if held is None or box_id is None:
             return False
         back = reversed_path(held.path, self._driver.commanded)
-        timed = self._planner.timing.trajectory(back, held.load, STEP_S)
+        with self._planning_lock:
+            timed = self._planner.timing.trajectory(back, held.load, STEP_S)
         if timed is not None:
             try:
                 self._driver.follow(timed)

@@ -44,7 +44,8 @@ class Placing:
     """A goal that was admitted.
 
     ``stop`` ends it: the arm comes to rest, and the box goes back to the belt, unless the pad has
-    already let go. :attr:`remaining_s` may be read from any thread. When :attr:`abandoned` is set
+    already let go. :attr:`remaining_s` and :attr:`plan`, the motion once it is under way, may be
+    read from any thread. When :attr:`abandoned` is set
     the box stays where it is, and the next start of the executor finds it in the journal.
     """
 
@@ -52,6 +53,7 @@ class Placing:
         self.goal = goal
         self.stop = threading.Event()
         self.remaining_s = 0.0
+        self.plan: MotionPlan | None = None
         self.needs_reset = False
         self.abandoned = False
         self._received_s = received_steady_s
@@ -73,8 +75,9 @@ class Placing:
         except MotionError as error:
             return self._report(tools, error.code, str(error), MotionResult(error.code))
         tools.book.begin(self.goal.decision, self.goal.goal_id)
+        self.plan = plan
         result = tools.arm.execute(plan, self._hooks(tools, plan), self.stop)
-        tools.plans.clear()
+        tools.plans.moved(plan, as_planned=result.code.box_is_in_bin)
         if self.abandoned:
             return self._report(tools, ErrorCode.CANCELED, 'the executor was ended', result)
         return self._resolve(tools, result)
@@ -84,7 +87,7 @@ class Placing:
         started = tools.steady()
         try:
             request = request_of(self.goal, self._bin(tools).station, tools.belt.scan)
-            plan = tools.plans.plan(tools.arm, request)
+            plan = tools.plans.plan(tools.arm, request, tools.book.state.poses)
         finally:
             self._planning_s += tools.steady() - started
         self.remaining_s = plan.predicted_s

@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
+import math
+import threading
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
 from arm_executor.admission import Goal, find_scanned
-from arm_executor.arm import Arm, MotionPlan, PlaceRequest
+from arm_executor.arm import Ahead, Arm, MotionError, MotionPlan, PlaceRequest
+from arm_executor.outcome import angle_between
 from pack_msgs_py.cell_values import Pose, Scan
 from pack_msgs_py.values import Box
 
-#: Poses that agree within this much share a plan; far below what the arm can repeat.
-GRID_M = 1e-6
+#: Boxes in bins, and the target, may be this far from where a plan took them to be. The arm lets
+#: go half a millimetre above what it stands on, and keeps at least 1 mm from everything else.
+DRIFT_M, DRIFT_RAD = 0.0005, 0.002
 #: Neighbours on the belt that stand this near behind the box must be kept clear of.
 NEIGHBOUR_REACH_M = 0.5
 #: Neighbours may stand this much elsewhere without a new plan.
-NEIGHBOUR_GRID_M = 0.02
+NEIGHBOUR_DRIFT_M = 0.02
 _SAME_HEIGHT_M = 1e-3
+#: Plans kept at a time.
+_KEPT = 32
+
+Poses = Mapping[str, Pose]
 
 
 def neighbours(goal: Goal, scan: Scan | None) -> tuple[tuple[Box, Pose], ...]:
@@ -46,29 +57,92 @@ def request_of(goal: Goal, station: str, scan: Scan | None) -> PlaceRequest:
     return PlaceRequest(decision.box, goal.pick, station, decision.target, neighbours(goal, scan))
 
 
+@dataclass(frozen=True)
+class _Kept:
+    """An answer of the arm, and what it rests on.
+
+    ``poses`` are of every box in the bins, ``after`` is the motion that must end as planned first.
+    """
+
+    request: PlaceRequest
+    poses: Poses
+    after: MotionPlan | None
+    answer: MotionPlan | MotionError
+
+
 class PlanCache:
-    """Plans by what was asked for. Cleared when the arm moves or the bins change."""
+    """Plans and refusals of the arm by what was asked for and by where everything stood.
+
+    Safe to use from two threads: one that moves, and one that plans ahead meanwhile.
+    """
 
     def __init__(self) -> None:
-        self._plans: dict[object, MotionPlan] = {}
+        self._lock = threading.Lock()
+        self._kept: list[_Kept] = []
+        self._last: MotionPlan | None = None
 
-    def plan(self, arm: Arm, request: PlaceRequest) -> MotionPlan:
-        """The plan for ``request``, made now if there is none; may raise ``MotionError``."""
-        key = (
-            request.box,
-            request.station,
-            _rounded(request.pick, GRID_M),
-            _rounded(request.target, GRID_M),
-            tuple((box, _rounded(pose, NEIGHBOUR_GRID_M)) for box, pose in request.belt),
-        )
-        if key not in self._plans:
-            self._plans[key] = arm.plan(request)
-        return self._plans[key]
+    def plan(
+        self, arm: Arm, request: PlaceRequest, poses: Poses, ahead: Ahead | None = None
+    ) -> MotionPlan:
+        """The plan for ``request``, made now if there is none; may raise ``MotionError``.
+
+        ``poses`` of all boxes in the bins, bin frame, are those at the start of the motion.
+        """
+        after = None if ahead is None else ahead.plan
+        with self._lock:
+            if after is self._last:
+                after = None
+            found = next(
+                (one for one in self._kept if one.after is after and _serves(one, request, poses)),
+                None,
+            )
+        if found is not None:
+            if isinstance(found.answer, MotionError):
+                raise MotionError(found.answer.code, str(found.answer))
+            return replace(found.answer, request=request)
+        answer: MotionPlan | MotionError
+        try:
+            answer = arm.plan(request) if ahead is None else arm.plan(request, ahead)
+        except MotionError as error:
+            answer = error
+        with self._lock:
+            after = None if ahead is None or ahead.plan is self._last else ahead.plan
+            self._kept = [*self._kept[1 - _KEPT :], _Kept(request, dict(poses), after, answer)]
+        if isinstance(answer, MotionError):
+            raise answer
+        return answer
+
+    def moved(self, motion: MotionPlan, *, as_planned: bool) -> None:
+        """The arm has moved: only plans that start where ``motion`` should end are of any use."""
+        with self._lock:
+            kept = [replace(one, after=None) for one in self._kept if one.after is motion]
+            self._kept = kept if as_planned else []
+            self._last = motion if as_planned else None
 
     def clear(self) -> None:
         """Forget all plans."""
-        self._plans.clear()
+        with self._lock:
+            self._kept, self._last = [], None
 
 
-def _rounded(pose: Pose, grid: float) -> tuple[int, ...]:
-    return tuple(round(value / grid) for value in (*pose.position, *pose.quaternion))
+def _serves(kept: _Kept, request: PlaceRequest, poses: Poses) -> bool:
+    made = kept.request
+    return (
+        made.box == request.box
+        and made.station == request.station
+        and _near(made.pick, request.pick, DRIFT_M)
+        and _near(made.target, request.target, DRIFT_M)
+        and [box for box, _ in made.belt] == [box for box, _ in request.belt]
+        and all(
+            _near(was, now, NEIGHBOUR_DRIFT_M)
+            for (_, was), (_, now) in zip(made.belt, request.belt, strict=True)
+        )
+        and kept.poses.keys() == poses.keys()
+        and all(_near(was, poses[box_id], DRIFT_M) for box_id, was in kept.poses.items())
+    )
+
+
+def _near(one: Pose, other: Pose, metres: float) -> bool:
+    return one is other or (
+        math.dist(one.position, other.position) <= metres and angle_between(one, other) <= DRIFT_RAD
+    )

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 
+from arm_executor.arm import Ahead, MotionError
 from arm_executor.layout import BinFrame, Layout, bin_blocks, bin_frame, check_layout
 from arm_executor.motion.collision import PlanningWorld
-from arm_executor.motion.template import Site, Standing
+from arm_executor.motion.template import Site, Standing, metres
 from arm_executor.pose_error import corner_distance, corners, folded, turn_between
 from arm_executor.world import PhysicsWorld
 from pack_msgs_py.cell_values import Pose
+from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.values import Bin, BinSpec, Vec3
 
 #: Longest robot time that boxes get to come to rest, seconds.
@@ -104,12 +107,36 @@ class Stands:
 
     def site(self, stand: Stand) -> Site:
         """``stand`` as the planner sees it."""
-        standing = []
-        for box_id in stand.box_ids:
-            points = corners(self._world.pose(box_id), self._world.boxes[box_id].size)
-            low, high = points.min(axis=0).tolist(), points.max(axis=0).tolist()
-            standing.append(Standing(box_id, tuple(low), tuple(high)))
+        world = self._world
+        standing = [_standing(one, world.pose(one), world.boxes[one].size) for one in stand.box_ids]
         return Site(stand.station, stand.spec, stand.frame, standing)
+
+    @contextmanager
+    def expecting(self, stand: Stand, ahead: Ahead) -> Iterator[Site]:
+        """``stand`` as it will be, and an obstacle where the other motion's box will rest.
+
+        Raises
+        ------
+        MotionError
+            ``INVALID_GOAL`` when that motion's bin has gone.
+        """
+        request = ahead.plan.request
+        other = self.find(request.station)
+        if other is None:
+            msg = f'the bin at station {request.station!r} has gone since that motion was planned'
+            raise MotionError(ErrorCode.INVALID_GOAL, msg)
+        box_id, size = request.box.id, metres(request.box.size_mm)
+        pose = other.frame.to_cell(ahead.rest)
+        site = self.site(stand)
+        if other is stand:
+            standing = [one for one in site.standing if one.box_id != box_id]
+            site = replace(site, standing=[*standing, _standing(box_id, pose, size)])
+        name = f'expected box {box_id}'
+        self._planning.set_box(name, size, pose)
+        try:
+            yield site
+        finally:
+            self._planning.remove(name)
 
     def _add(self, station: str, new: Bin) -> None:
         blocks = bin_blocks(self._layout, station, new.spec)
@@ -152,6 +179,12 @@ class Stands:
         pose = folded(pose, now)
         away = corner_distance(now, pose, self._world.boxes[box_id].size)
         return away < _SAME_PLACE and turn_between(now, pose) < _SAME_TURN
+
+
+def _standing(box_id: str, pose: Pose, size: Vec3) -> Standing:
+    points = corners(pose, size)
+    low, high = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+    return Standing(box_id, tuple(low), tuple(high))
 
 
 def _part(station: str) -> str:

@@ -12,7 +12,14 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from arm_executor.arm import MotionError, MotionHooks, MotionPlan, MotionResult, PlaceRequest
+from arm_executor.arm import (
+    Ahead,
+    MotionError,
+    MotionHooks,
+    MotionPlan,
+    MotionResult,
+    PlaceRequest,
+)
 from arm_executor.layout import Layout, bin_frame
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode, Phase
@@ -137,8 +144,8 @@ class TimedArm:
         }
         return {key: pose for each in self._contents.values() for key, pose in each.items()}
 
-    def plan(self, request: PlaceRequest) -> MotionPlan:
-        """Predict the time by :func:`predict`."""
+    def plan(self, request: PlaceRequest, ahead: Ahead | None = None) -> MotionPlan:
+        """Predict the time by :func:`predict`; what the other motion does has no bearing on it."""
         started = time.perf_counter()
         target = self._bins.get(request.station)
         if target is None:
