@@ -17,7 +17,7 @@ from pack_msgs_py.values import parse_bin
 
 if TYPE_CHECKING:
     from pack_planner.bench.values import Case, Settings, Source
-    from pack_planner.engine import Weights
+    from pack_planner.options import Options
 
 MAX_LOOK_AHEAD = 6
 DEFAULT_BUDGET_S, MAX_BUDGET_S = 5.0, 86_400.0
@@ -98,7 +98,8 @@ def _add_questions(parser: argparse.ArgumentParser) -> None:
     )
     rules.add_argument(
         '--weights', default='1,1,100', metavar='W1,W2,W3',
-        help='of x + y, of z + dz and of the bin in eq. (1) of the paper (default 1,1,100)',
+        help='of x + y, of z + dz and of the bin in eq. (1) of the paper (default 1,1,100); for '
+        "single kinds of bins as in '1,1,100 RC:2,1,100'",
     )  # fmt: skip
     rules.add_argument(
         '--budget', type=_seconds, metavar='S',
@@ -109,6 +110,37 @@ def _add_questions(parser: argparse.ArgumentParser) -> None:
         '--budget-nodes', type=_whole(1, 10**12), metavar='N',
         help='search nodes a decision may take: the same result on every machine and in every '
         'run (no limit of time then, unless --budget is given too)',
+    )  # fmt: skip
+    _add_options(parser)
+
+
+def _add_options(parser: argparse.ArgumentParser) -> None:
+    """Those of :class:`pack_planner.options.Options`; the defaults are the paper's."""
+    how = parser.add_argument_group('options of the algorithms')
+    how.add_argument(
+        '--cep', action='store_true',
+        help="the paper's constraints for efficient packing: each box touches a wall or a box "
+        'along x and along y (mpack, mpack_lite)',
+    )  # fmt: skip
+    how.add_argument(
+        '--sort', default='volume', metavar='RULE',
+        help='order of virtual packing: volume (default), area, height, arrival',
+    )  # fmt: skip
+    how.add_argument(
+        '--selection', default='least_increase', metavar='RULE',
+        help='which box is placed: least_increase (default), large_when_empty, largest, nearest',
+    )  # fmt: skip
+    how.add_argument(
+        '--large-until', type=float, default=0.5, metavar='FILL',
+        help='fill rate, 0 to 1, from which large_when_empty takes small boxes (default 0.5)',
+    )  # fmt: skip
+    how.add_argument(
+        '--closing', default='fullest', metavar='RULE',
+        help='which bin is closed when nothing fits: fullest (default), oldest, least_useful',
+    )  # fmt: skip
+    how.add_argument(
+        '--max-passed-over', type=_whole(0, 1_000_000), default=0, metavar='N',
+        help='a box passed over so often must be next; 0 (default): no limit',
     )  # fmt: skip
 
 
@@ -145,6 +177,7 @@ def settings_of(arguments: argparse.Namespace) -> Settings:
     """What holds for all cases; ``ValueError`` says what is wrong."""
     from pack_planner.bench import paper
     from pack_planner.bench.values import Settings
+    from pack_planner.weights import parse_weights
 
     profile = find_profile(arguments.profile)
     orientations = arguments.orientations or profile.orientations
@@ -159,7 +192,8 @@ def settings_of(arguments: argparse.Namespace) -> Settings:
         budget_s=_budget(arguments),
         node_limit=arguments.budget_nodes,
         cpu_clock=arguments.clock == 'cpu',
-        weights=_weights(arguments.weights),
+        weights=parse_weights(arguments.weights),
+        options=_options(arguments),
     )
 
 
@@ -169,15 +203,17 @@ def _budget(arguments: argparse.Namespace) -> float:
     return DEFAULT_BUDGET_S if arguments.budget_nodes is None else MAX_BUDGET_S
 
 
-def _weights(text: str) -> Weights:
-    from pack_planner.engine import Weights
+def _options(arguments: argparse.Namespace) -> Options:
+    from pack_planner.options import Options
 
-    try:
-        first, second, third = (float(part) for part in text.split(','))
-    except ValueError:
-        msg = f'--weights {text!r} is not three numbers such as 1,1,100'
-        raise ValueError(msg) from None
-    return Weights(first, second, third)
+    return Options(
+        cep=arguments.cep,
+        sort=arguments.sort,
+        selection=arguments.selection,
+        large_until=arguments.large_until,
+        closing=arguments.closing,
+        max_passed_over=arguments.max_passed_over,
+    )
 
 
 def cases_of(arguments: argparse.Namespace) -> list[Case]:

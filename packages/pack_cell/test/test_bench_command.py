@@ -81,7 +81,7 @@ WRONG = {
     'budget zero': (['--budget', '0'], '0 is out of range'),
     'no nodes': (['--budget-nodes', '0'], '0 is out of range'),
     'weight nan': (['--weights', '1,nan,100'], 'weight w2 is nan'),
-    'two weights': (['--weights', '1,2'], "--weights '1,2' is not three numbers"),
+    'two weights': (['--weights', '1,2'], "weights '1,2' are not w1,w2,w3"),
     'look-ahead 7': (['--look-ahead', '7'], 'look-ahead 7 is out of range: it must be 1 to 6'),
     'look-ahead 0': (['--look-ahead', '0'], 'look-ahead 0 is out of range'),
     'look-ahead 3-1': (['--look-ahead', '3-1'], 'look-ahead 3-1 is out of range'),

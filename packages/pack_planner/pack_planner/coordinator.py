@@ -19,12 +19,12 @@ from pack_planner.decide import (
     Outcome,
     Place,
     Reject,
-    Situation,
     Wait,
     expected_bins,
     refreshed_target,
 )
 from pack_planner.inputs import Heartbeat, Inputs, same_content
+from pack_planner.policy import Situation
 from pack_planner.refusals import Refusals
 from pack_planner.running import Goal
 
@@ -311,7 +311,8 @@ class Coordinator:
             self._in.newest_stamp_s(),
             ahead,
         )
-        self._out.plan(self._numbers, Situation(boxes, bins, self._refusals.snapshot()))
+        forbidden, laps = self._refusals.snapshot(), self._in.laps(boxes)
+        self._out.plan(self._numbers, Situation(boxes, bins, forbidden, laps))
 
     def _still_holds(self, outcome: Outcome, bins: tuple[Bin, ...]) -> bool:
         """Whether ``outcome`` is still right for the bins and the belt as they are now."""

@@ -3,34 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 from pack_msgs_py.cell_values import Decision, Pose
 from pack_msgs_py.codes import PlacementStatus, Reason
 from pack_msgs_py.orientation import QUATERNIONS, oriented_size
-from pack_msgs_py.profiles import Profile
 from pack_msgs_py.values import Bin, Box, PlacedBox, Vec3
-from pack_planner.algorithms import Problem, find_algorithm
 from pack_planner.algorithms.base import Memory
 from pack_planner.algorithms.warm_up import warm_up
 from pack_planner.engine import Engine, Weights
-from pack_planner.refusals import Forbidden
+from pack_planner.policy import Settings, Situation, next_step
 
-
-@dataclass(frozen=True)
-class Situation:
-    """What a decision rests on.
-
-    Attributes
-    ----------
-    boxes : the look-ahead in the order of the belt, nearest first.
-    bins : the open bins, oldest first.
-    forbidden : placements that the arm refused.
-    """
-
-    boxes: tuple[Box, ...]
-    bins: tuple[Bin, ...]
-    forbidden: Forbidden
+__all__ = [
+    'Close', 'Outcome', 'Place', 'Planner', 'Reject', 'Settings', 'Situation', 'Wait',
+    'expected_bins', 'refreshed_target', 'rest_height_mm', 'target_pose',
+]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -64,68 +51,53 @@ class Wait:
 Outcome = Place | Close | Reject | Wait
 
 
-@dataclass(frozen=True)
-class Settings:
-    """How to decide: algorithm, rules, weights, and what it may cost; see :class:`Problem`."""
-
-    algorithm: str
-    profile: Profile
-    weights: Weights = field(default_factory=Weights)
-    budget_s: float = 5.0
-    node_limit: int | None = None
-    backend: str = 'search'
-
-
 class Planner:
     """Decides under the settings of the moment; keeps what makes the next decision cheaper."""
 
     def __init__(self, settings: Settings, clock: Callable[[], float]) -> None:
         """``clock`` returns seconds of a steady clock."""
         self._clock = clock
-        self._settings = settings
-        self._engine = Engine(settings.profile, settings.weights)
         self._memory = Memory()
-        warm_up(settings.algorithm, settings.profile)
+        self._engines: dict[Weights, Engine] = {}
+        self.use(settings)
 
     def use(self, settings: Settings) -> None:
         """Decide under ``settings`` from now on."""
         warm_up(settings.algorithm, settings.profile)
-        if (settings.profile, settings.weights) != (
-            self._settings.profile,
-            self._settings.weights,
-        ):
-            self._engine = Engine(settings.profile, settings.weights)
+        kept = {
+            weights: engine
+            for weights, engine in self._engines.items()
+            if engine.profile == settings.profile
+        }
+        self._engines = {
+            weights: kept.get(weights) or Engine(settings.profile, weights)
+            for weights in settings.weights.every()
+        }
         self._settings = settings
 
     def decide(self, situation: Situation) -> Outcome:
         """What to do next.
 
-        Boxes that no empty bin takes come first, since they block a place on the belt. Then the
-        algorithm chooses; when nothing fits, the open bin with the highest fill rate is closed
-        (section III-A.2 of Ojha et al.).
+        Boxes that no empty bin takes come first, since they block a place on the belt. Then
+        :func:`pack_planner.policy.next_step` places one or closes a bin. Bins of several kinds
+        count with the weights of the oldest.
         """
         started = self._clock()
         if not situation.boxes:
             return Wait('the belt is empty')
         if not situation.bins:
             return Wait('no bin is open')
-        engine = self._engine
+        engine = self._engines[self._settings.weights.of(situation.bins[0].spec)]
         for box in situation.boxes:
-            rejected = self._why_reject(box, situation)
+            rejected = self._why_reject(engine, box, situation)
             if rejected is not None:
                 reason, text = rejected
                 return Reject(self._reject(box, reason, text, started))
-        models = tuple(engine.model(one) for one in situation.bins)
-        problem = Problem(
-            engine, situation.boxes, models, situation.forbidden, self._settings.budget_s,
-            self._settings.node_limit, self._memory, self._settings.backend,
-        )  # fmt: skip
-        choice = find_algorithm(self._settings.algorithm)(problem)
+        choice = next_step(self._settings, engine, situation, self._memory)
         if choice is None:
-            used = [one for one in situation.bins if one.boxes]
-            if not used:
-                return Wait('no box fits and every bin is empty')
-            return Close(max(used, key=lambda one: (one.fill_rate, -one.serial)))
+            return Wait('no box fits and every bin is empty')
+        if isinstance(choice, Bin):
+            return Close(choice)
         candidate = choice.candidate
         target = situation.bins[candidate.bin_index]
         engine.check(candidate, target)
@@ -160,8 +132,10 @@ class Planner:
             planning_s=self._clock() - started,
         )
 
-    def _why_reject(self, box: Box, situation: Situation) -> tuple[Reason, str] | None:
-        engine, bins = self._engine, situation.bins
+    def _why_reject(
+        self, engine: Engine, box: Box, situation: Situation
+    ) -> tuple[Reason, str] | None:
+        bins = situation.bins
         too_heavy = engine.overweight(box)
         if too_heavy:
             return Reason.OVERWEIGHT, f'box {box.id!r} {too_heavy}'

@@ -65,6 +65,11 @@ class Inputs:
             and self.last_event(item.box.id) in (None, BoxEventKind.RETURNED)
         )
 
+    def laps(self, boxes: tuple[Box, ...]) -> tuple[int, ...]:
+        """How often each of ``boxes`` was passed over, as the belt counts it."""
+        counts = {item.box.id: item.laps for item in self.scan.boxes} if self.scan else {}
+        return tuple(counts.get(box.id, 0) for box in boxes)
+
     def look_ahead_full(self, look_ahead: int) -> bool:
         """Whether the belt shows all it can: the whole look-ahead, or the end of the stream."""
         if self.scan is None:

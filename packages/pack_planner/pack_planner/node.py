@@ -67,10 +67,11 @@ from pack_msgs_py.parameters import check_value, parameter_fields
 from pack_msgs_py.ros_params import declare_parameters
 from pack_msgs_py.values import Bin, frame_name
 from pack_planner.coordinator import Coordinator
-from pack_planner.decide import Outcome, Planner, Situation
+from pack_planner.decide import Outcome, Planner
 from pack_planner.inputs import Heartbeat
 from pack_planner.parameters import PlannerParameters, settings
 from pack_planner.pick_point import pick_pose
+from pack_planner.policy import Situation
 from pack_planner.worker import Worker
 
 STEP_PERIOD_S = 0.1
@@ -90,6 +91,7 @@ class PlannerNode(Node):
         """``node_options`` go to :class:`rclpy.node.Node`."""
         super().__init__('planner', **node_options)
         self.parameters = declare_parameters(self, PlannerParameters)
+        settings(self.parameters)  # refuses what no single parameter can tell
         self.add_on_set_parameters_callback(self._change)
         self._sequence = 0
         self._known_bins: dict[str, Bin] = {}

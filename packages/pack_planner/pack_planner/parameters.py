@@ -9,8 +9,9 @@ from pack_msgs_py.parameters import parameter
 from pack_msgs_py.profiles import PROFILES, find_profile
 from pack_planner.algorithms import ALGORITHMS
 from pack_planner.algorithms.base import BACKENDS
-from pack_planner.decide import Settings
-from pack_planner.engine import Weights
+from pack_planner.options import CLOSINGS, MOST_PASSED_OVER, SELECTIONS, SORTS, Options
+from pack_planner.policy import Settings
+from pack_planner.weights import DEFAULT_WEIGHTS, parse_weights
 
 
 @dataclass(frozen=True)
@@ -35,14 +36,44 @@ class PlannerParameters:
     look_ahead: int = parameter(
         5, 'boxes to choose from', unit='boxes', low=1, high=20, read_only=True
     )
-    w1: float = parameter(1.0, 'weight of x + y in eq. (1), per centimetre', low=0.0)
-    w2: float = parameter(1.0, 'weight of z + dz in eq. (1), per centimetre', low=0.0)
-    w3: float = parameter(100.0, "weight of the bin's index in eq. (1), oldest bin 1", low=0.0)
+    weights: str = parameter(
+        DEFAULT_WEIGHTS,
+        'weights w1,w2,w3 of eq. (1), lengths in centimetres; for single kinds of bins as in '
+        '`1,1,100 RC:2,1,100`; may be changed between two boxes, like all that follow',
+    )
     backend: str = parameter(
         'search',
         'who minimises eq. (1) for `mpack` and `mpack_lite`: our own search, or a solver of '
-        'OR-Tools; may be changed between two boxes',
+        'OR-Tools',
         choices=BACKENDS,
+    )
+    cep: bool = parameter(
+        False,
+        "the paper's constraints for efficient packing, for `mpack` and `mpack_lite`: each box "
+        'touches a wall or a box along x, and one along y',
+    )
+    sort: str = parameter(
+        'volume', 'in which order OPack packs the look-ahead virtually', choices=SORTS
+    )
+    selection: str = parameter(
+        'least_increase',
+        'which of the boxes that OPack or MPack could place is placed',
+        choices=SELECTIONS,
+    )
+    large_until: float = parameter(
+        0.5,
+        'fill rate of the bin until which `large_when_empty` takes the largest box, then the '
+        'smallest',
+        low=0.0,
+        high=1.0,
+    )
+    closing: str = parameter('fullest', 'which bin is closed when nothing fits', choices=CLOSINGS)
+    max_passed_over: int = parameter(
+        20,
+        'a box that another was preferred to so often must be next (no fewer than look-ahead - 1); '
+        '0 for no limit',
+        low=0,
+        high=MOST_PASSED_OVER,
     )
     budget_s: float = parameter(
         5.0, 'time for a decision; then the best one found is taken', unit='s', low=0.0
@@ -60,11 +91,20 @@ def settings(parameters: PlannerParameters) -> Settings:
     profile = find_profile(parameters.profile)
     if parameters.orientations:
         profile = replace(profile, orientations=parameters.orientations)
+    options = Options(
+        parameters.cep,
+        parameters.sort,
+        parameters.selection,
+        parameters.large_until,
+        parameters.closing,
+        parameters.max_passed_over,
+    )
     return Settings(
         parameters.algorithm,
         profile,
-        Weights(parameters.w1, parameters.w2, parameters.w3),
+        parse_weights(parameters.weights),
         parameters.budget_s,
         parameters.node_limit or None,
         parameters.backend,
+        options,
     )

@@ -24,6 +24,7 @@ from pack_planner.decide import (
 )
 from pack_planner.engine import EngineMismatch, Weights
 from pack_planner.refusals import Forbidden, Refusals
+from pack_planner.weights import WeightTable
 
 EMPTY = Bin('bin-1', 1, SMALL, revision=4)
 
@@ -201,7 +202,7 @@ def test_the_pose_of_a_plan_follows_the_box_below_as_measured(planner):
 
 def test_settings_change_between_two_decisions(planner):
     box = Box('a', (150.0, 150.0, 150.0))
-    planner.use(Settings('mpack_lite', PROFILES['cell'], Weights(1, 1, 1)))
+    planner.use(Settings('mpack_lite', PROFILES['cell'], WeightTable(Weights(1, 1, 1))))
     decision = planner.decide(situation([box])).decision
     assert (decision.profile, decision.size_mm) == ('cell', (160, 160, 150))
     with pytest.raises(ValueError, match='guess'):

@@ -241,7 +241,11 @@ def test_the_process_ends_with_code_0_on_a_signal(domain, name):
 
 @pytest.mark.parametrize(
     ('override', 'said'),
-    [('w1:=-1.0', 'w1'), ('algorithm:=guess', 'mpack_lite'), ('look_behind:=3', 'look_behind')],
+    [
+        ('weights:=1,-1,100', 'w2'),
+        ('algorithm:=guess', 'mpack_lite'),
+        ('look_behind:=3', 'look_behind'),
+    ],
 )
 def test_bad_parameters_end_with_code_2_and_one_line(domain, override, said):
     command = [

@@ -1,7 +1,8 @@
 """Pack one collection by the paper's closed-bin protocol (Ojha et al., sections II and III-A).
 
 The look-ahead holds the next boxes of the stream and is refilled after each placement. When
-nothing of it fits, the fullest open bin is closed and an empty one, the youngest, takes its place.
+nothing of it fits, an open bin is closed (the fullest, if nothing else is asked for) and an empty
+one, the youngest, takes its place.
 """
 
 from __future__ import annotations
@@ -14,12 +15,14 @@ from pack_msgs_py.metrics import fill_metrics
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.validator import with_box
 from pack_msgs_py.values import Bin, Box
-from pack_planner.algorithms import Choice, Problem, find_algorithm
+from pack_planner.algorithms import Choice
 from pack_planner.algorithms.base import Memory
 from pack_planner.algorithms.warm_up import warm_up
 from pack_planner.bench.streams import collection
 from pack_planner.bench.values import Case, JsonObject, Packed, Settings
 from pack_planner.engine import Engine, Weights
+from pack_planner.policy import PassedOver, Situation, next_step
+from pack_planner.policy import Settings as PolicySettings
 
 
 def pack_collection(case: Case, settings: Settings, number: int) -> Packed:
@@ -47,8 +50,12 @@ class _Run:
     """Bins, look-ahead and plan of one collection while it is packed."""
 
     def __init__(self, case: Case, settings: Settings, boxes: tuple[Box, ...], number: int) -> None:
-        self.engine = _engine(settings.profile, settings.weights)
-        self._algorithm = find_algorithm(case.algorithm)
+        self.engine = _engine(settings.profile, settings.weights.of(case.bin_spec))
+        self._policy = PolicySettings(
+            case.algorithm, settings.profile, settings.weights, settings.budget_s,
+            settings.node_limit, options=settings.options,
+        )  # fmt: skip
+        self._passed_over = PassedOver()
         self._case, self._settings, self._number = case, settings, number
         self._clock = time.thread_time if settings.cpu_clock else time.perf_counter
         self._total = len(boxes)
@@ -74,20 +81,14 @@ class _Run:
         if not self._look_ahead:
             return False
         started = self._clock()
-        problem = Problem(
-            engine=self.engine,
-            boxes=tuple(self._look_ahead),
-            bins=tuple(self.engine.model(one) for one in self._open),
-            budget_s=self._settings.budget_s,
-            node_limit=self._settings.node_limit,
-            memory=self._memory,
-        )
-        choice = self._algorithm(problem)
+        boxes = tuple(self._look_ahead)
+        situation = Situation(boxes, tuple(self._open), passed_over=self._passed_over.of(boxes))
+        step = next_step(self._policy, self.engine, situation, self._memory)
         seconds = self._clock() - started
-        if choice is not None:
-            self._place(choice, seconds)
-        elif any(one.boxes for one in self._open):
-            self._close(seconds)
+        if isinstance(step, Choice):
+            self._place(step, seconds)
+        elif step is not None:
+            self._close(step, seconds)
         else:
             box = self._look_ahead.pop(0)
             self._leave_out(box.id, f'{self._case.algorithm} finds no place in an empty bin')
@@ -134,6 +135,7 @@ class _Run:
         placed, target = candidate.placed, self._open[candidate.bin_index]
         self.engine.check(candidate, target)
         self._open[candidate.bin_index] = with_box(target, placed)
+        self._passed_over.take(placed.box, self._look_ahead)
         self._look_ahead.remove(placed.box)
         self._gaps.append(choice.gap)
         self._events.append({
@@ -147,16 +149,13 @@ class _Run:
             'seconds': seconds,
         })  # fmt: skip
 
-    def _close(self, seconds: float) -> None:
-        fullest = max(
-            (one for one in self._open if one.boxes), key=lambda one: (one.fill_rate, -one.serial)
-        )
-        self._open.remove(fullest)
-        self._closed.append(fullest)
+    def _close(self, target: Bin, seconds: float) -> None:
+        self._open.remove(target)
+        self._closed.append(target)
         self._events.append({
-            **self._event('close', fullest),
+            **self._event('close', target),
             'box': None,
-            'fill': round(100.0 * fullest.fill_rate, 6),
+            'fill': round(100.0 * target.fill_rate, 6),
             'seconds': seconds,
         })  # fmt: skip
         self._open_bin()

@@ -7,7 +7,8 @@ from typing import Any
 
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.values import BinSpec, Box
-from pack_planner.engine import Weights
+from pack_planner.options import Options
+from pack_planner.weights import WeightTable
 
 #: Records and plan lines are JSON objects.
 JsonObject = dict[str, Any]
@@ -54,7 +55,8 @@ class Settings:
     Attributes
     ----------
     profile : the packing rules.
-    weights : of eq. (1).
+    weights : of eq. (1), for each kind of bin.
+    options : see :class:`pack_planner.options.Options`.
     open_bins : bins that stand open at a time.
     boxes_per_bin : into how many boxes a SYN bin is cut.
     seed : of the collections.
@@ -64,7 +66,8 @@ class Settings:
     """
 
     profile: Profile
-    weights: Weights = field(default_factory=Weights)
+    weights: WeightTable = field(default_factory=WeightTable)
+    options: Options = field(default_factory=Options)
     open_bins: int = 3
     boxes_per_bin: int = 23
     seed: int = 1

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pack_msgs_py.orientation import ORIENTATIONS, allowed_orientations
 from pack_msgs_py.profiles import Profile, planned_size
-from pack_msgs_py.rules import violations
+from pack_msgs_py.rules import may_enter, violations
 from pack_msgs_py.values import Bin, BinSpec, Box, Int3, PlacedBox
 from pack_planner.engine.contact import search_touching, solids, touching
 from pack_planner.engine.height_map import GRAVITY, BinModel, build_model, with_box
@@ -21,6 +21,9 @@ from pack_planner.engine.stands import stands_at
 
 #: How far around a refused position the same box is not offered again, millimetres.
 REFUSED_RADIUS_MM = 100
+
+#: Far above what makes one term of eq. (1) count alone.
+MOST_WEIGHT = 1e6
 
 _MODELS_KEPT = 16
 
@@ -44,8 +47,8 @@ class Weights:
         for name, value in (
             ('w1', self.position), ('w2', self.height), ('w3', self.bin_index),
         ):  # fmt: skip
-            if not math.isfinite(value) or value < 0:
-                msg = f'weight {name} is {value}; it must be finite and not negative'
+            if not math.isfinite(value) or not 0 <= value <= MOST_WEIGHT:
+                msg = f'weight {name} is {value}; it must be 0 to {MOST_WEIGHT:g}'
                 raise ValueError(msg)
 
 
@@ -152,7 +155,7 @@ class Engine:
         best_index = 0
         for index, model in enumerate(bins):
             zones = forbidden(box, model.source)
-            if zones is None or model.blocked or self._too_heavy(box, model.source):
+            if zones is None or model.blocked or not self._admitted(box, model.source):
                 continue
             bound = math.inf if best is None else float(best[OBJECTIVE])
             found = self._search(box, turns, model, index, zones, bound, cep=cep)
@@ -178,7 +181,7 @@ class Engine:
 
     def stands(self, placed: PlacedBox, model: BinModel, *, cep: bool = False) -> bool:
         """Whether ``placed`` would be allowed on the boxes of ``model`` alone."""
-        if model.blocked or self._too_heavy(placed.box, model.source):
+        if model.blocked or not self._admitted(placed.box, model.source):
             return False
         step = self.profile.resolution_mm
         if cep and not touching(
@@ -278,11 +281,10 @@ class Engine:
         limit = self.profile.max_payload_kg
         return limit is None or box.weight_kg <= limit
 
-    def _too_heavy(self, box: Box, target: Bin) -> bool:
+    def _admitted(self, box: Box, target: Bin) -> bool:
         limit = self.profile.max_bin_weight_kg
-        return (
-            limit is not None
-            and box.weight_kg + sum(other.box.weight_kg for other in target.boxes) > limit
+        return may_enter(box, target.destination) and (
+            limit is None or box.weight_kg + target.weight_kg <= limit
         )
 
     def _warm_up(self) -> None:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from pack_msgs_py.orientation import ORIENTATIONS, allowed_orientations
 from pack_msgs_py.profiles import Profile, planned_size
+from pack_msgs_py.rules import may_enter
 from pack_msgs_py.values import Box, PlacedBox
 from pack_planner.engine.engine import (
     REFUSED_RADIUS_MM,
@@ -117,7 +118,8 @@ def _spots(
     zones = forbidden(box, model.source)
     limit = profile.max_bin_weight_kg
     full = limit is not None and box.weight_kg + model.source.weight_kg > limit
-    if zones is None or model.blocked or full or engine.overweight(box):
+    barred = full or not may_enter(box, model.source.destination)
+    if zones is None or model.blocked or barred or engine.overweight(box):
         none = np.empty((0, 3), np.int64)
         return Spots(box, none, none, np.empty(0, np.int64))
     refused = np.array(
