@@ -11,6 +11,7 @@ from pack_msgs_py.codes import PlacementStatus
 from pack_msgs_py.values import Bin, BinSpec, Box
 from pack_planner.algorithms.base import Choice, Problem
 from pack_planner.algorithms.incumbent import best_incumbent
+from pack_planner.algorithms.selection import selection_key
 from pack_planner.engine import Candidate, Engine
 from pack_planner.engine.engine import nothing_forbidden
 from pack_planner.joint.solve import JointResult, JointSearch
@@ -25,8 +26,7 @@ def mpack(problem: Problem) -> Choice | None:
 
     When there is no room for all, the box farthest from the arm is left out, and so on; a single
     box last: then every box of the look-ahead is tried on its own. Of those that stand on real
-    boxes alone, the one of least w1 (x + y) + w2 (z + dz) is placed; equal ones in the order of
-    the belt.
+    boxes alone, the one that box selection prefers is placed; equal ones in the order of the belt.
 
     The joint solution starts from that of MPackLite on the same boxes and so is never worse. When
     the budget ends first, the best one found is used and the status says so.
@@ -95,7 +95,10 @@ def _select(problem: Problem, result: JointResult, fewest_left_out: bool) -> Cho
 
 def _singly(problem: Problem, proven: bool) -> Choice | None:
     engine = problem.engine
-    found = [engine.best_placement(box, problem.bins, problem.forbidden) for box in problem.boxes]
+    found = [
+        engine.best_placement(box, problem.bins, problem.forbidden, cep=problem.cep)
+        for box in problem.boxes
+    ]
     alone = [one for one in found if one is not None]
     if not alone:
         return None
@@ -110,12 +113,14 @@ def _status(proven: bool) -> PlacementStatus:
 
 def _least(problem: Problem, candidates: Sequence[Candidate]) -> Candidate:
     """Box selection of section III-A.3; the lowest box always stands on real boxes alone."""
-    engine = problem.engine
+    engine, bins = problem.engine, problem.bins
     order: dict[Box, int] = {box: index for index, box in enumerate(problem.boxes)}
-    return min(
-        (one for one in candidates if engine.stands(one.placed, problem.bins[one.bin_index])),
-        key=lambda one: (engine.increase(one.placed), order[one.placed.box]),
-    )
+    rule = selection_key(problem)
+    alone = [one for one in candidates if engine.stands(one.placed, bins[one.bin_index])]
+    touching = [
+        one for one in alone if engine.stands(one.placed, bins[one.bin_index], cep=problem.cep)
+    ]
+    return min(touching or alone, key=lambda one: (*rule(one), order[one.placed.box]))
 
 
 def warm_up(engine: Engine) -> None:
