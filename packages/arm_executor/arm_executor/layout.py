@@ -2,7 +2,7 @@
 
 Frame `cell`: x along the rail, +y towards the infeed, z up, origin on the floor under the middle
 of the rail. Metres, seconds, kilograms. ``config/layout.yaml`` holds the same values as the
-defaults here; docs/architecture.md describes them.
+defaults here; docs/cell_layout.md describes them, :mod:`arm_executor.layout_file` reads them.
 """
 
 from __future__ import annotations
@@ -10,10 +10,9 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, is_dataclass
-from pathlib import Path
-from typing import Any
+from dataclasses import dataclass, field, fields
 
+from arm_executor.robot.parameters import find_arm
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.values import BinSpec, Vec3
 
@@ -43,12 +42,19 @@ class Tool:
 
     With 0.65 m the wrist stays above the rim of an 80 cm bin for every box on its floor; with
     0.50 m it does not, and one placement in twenty needed another posture of the arm.
+
+    ``vacuum`` is the pressure below that of the air under the pad, Pa; ``friction`` that between
+    pad and box; ``safety`` what planning keeps of reserve (:mod:`arm_executor.suction`). All three
+    are assumed.
     """
 
     length: float = 0.65
     diameter: float = 0.06
     pad_edge: float = 0.09
     mass: float = 3.0
+    vacuum: float = 60_000.0
+    friction: float = 0.5
+    safety: float = 1.5
 
 
 @dataclass(frozen=True)
@@ -75,8 +81,9 @@ class Stations:
 
 @dataclass(frozen=True)
 class Layout:
-    """The whole cell."""
+    """The whole cell; ``robot`` is a name of :data:`arm_executor.robot.parameters.ARMS`."""
 
+    robot: str = 'ur20'
     rail: Rail = field(default_factory=Rail)
     tool: Tool = field(default_factory=Tool)
     conveyor: Conveyor = field(default_factory=Conveyor)
@@ -109,6 +116,21 @@ class Block:
             a < d - 1e-9 and c < b - 1e-9
             for a, b, c, d in zip(self.low, self.high, other.low, other.high, strict=True)
         )
+
+
+#: Parts of a layout that hold numbers, and what these may be: lengths and the like up to 50, the
+#: others as given; above the lower end, or from it on.
+_PARTS = ('rail', 'tool', 'conveyor', 'stations')
+_LONGEST = 50.0
+_RANGES = {
+    'rail.x_min': (-_LONGEST, _LONGEST),
+    'rail.x_max': (-_LONGEST, _LONGEST),
+    'rail.force': (0.0, 1e6),
+    'tool.vacuum': (0.0, 101_325.0),
+    'tool.friction': (0.0, 2.0),
+    'tool.safety': (1.0, 10.0),
+}
+_FROM = frozenset({'rail.x_min', 'rail.x_max', 'tool.safety'})
 
 
 class LayoutError(ValueError):
@@ -231,17 +253,17 @@ def pick_pose(layout: Layout, size_mm: Vec3) -> Pose:
 def check_layout(layout: Layout, bins: Mapping[str, BinSpec]) -> Layout:
     """Return ``layout`` when it can be built with ``bins`` by station; else :class:`LayoutError`.
 
-    Checks signs of all lengths, the order of the rail's ends, and that no two of conveyor, rail,
-    pedestal and bins overlap.
+    Checks the robot's name, signs and sizes of all values, the order of the rail's ends, and that
+    no two of conveyor, rail, pedestal and bins overlap.
     """
-    for part in fields(layout):
-        for value in fields(getattr(layout, part.name)):
-            number = getattr(getattr(layout, part.name), value.name)
-            where = f'layout: {part.name}.{value.name} is {number}'
-            if not math.isfinite(number):
-                raise LayoutError(f'{where}; it must be finite')
-            if value.name not in {'x_min', 'x_max'} and number <= 0:
-                raise LayoutError(f'{where}; it must be above 0')
+    try:
+        find_arm(layout.robot)
+    except ValueError as error:
+        raise LayoutError(f'layout: {error}') from None
+    for name in _PARTS:
+        part = getattr(layout, name)
+        for value in fields(part):
+            _check_number(f'{name}.{value.name}', getattr(part, value.name))
     if layout.rail.x_min >= layout.rail.x_max:
         msg = f'layout: rail.x_min {layout.rail.x_min} must be below rail.x_max {layout.rail.x_max}'
         raise LayoutError(msg)
@@ -258,45 +280,19 @@ def check_layout(layout: Layout, bins: Mapping[str, BinSpec]) -> Layout:
     return layout
 
 
+def _check_number(name: str, number: float) -> None:
+    where = f'layout: {name} is {number}'
+    if not math.isfinite(number):
+        raise LayoutError(f'{where}; it must be finite')
+    least, most = _RANGES.get(name, (0.0, _LONGEST))
+    if number <= least and name not in _FROM:
+        raise LayoutError(f'{where}; it must be above {least:g}')
+    if number < least or number > most:
+        raise LayoutError(f'{where}; it must be {least:g} to {most:g}')
+
+
 def _span(block: Block) -> str:
     return ', '.join(
         f'{axis} {low:.2f} to {high:.2f} m'
         for axis, low, high in zip('xyz', block.low, block.high, strict=True)
     )
-
-
-def load_layout(path: Path) -> Layout:
-    """Read a layout from YAML; what is left out keeps its default.
-
-    Raises
-    ------
-    LayoutError
-        The file cannot be read, a key is not known, or a value is not a number.
-    """
-    import yaml
-
-    try:
-        content = yaml.safe_load(path.read_text(encoding='utf-8')) or {}
-    except (OSError, yaml.YAMLError) as error:
-        raise LayoutError(f'layout {path}: {error}') from error
-    layout: Layout = _filled(Layout, content, str(path))
-    return layout
-
-
-def _filled(kind: Any, content: Any, where: str) -> Any:  # noqa: ANN401 - a dataclass of any part
-    if not isinstance(content, Mapping):
-        raise LayoutError(f'layout {where}: expected a mapping, got {content!r}')
-    known = {one.name: one for one in fields(kind)}
-    values: dict[str, Any] = {}
-    for key, value in content.items():
-        if key not in known:
-            msg = f'layout {where}: unknown key {key!r}; known are {", ".join(known)}'
-            raise LayoutError(msg)
-        default = getattr(kind(), key)
-        if is_dataclass(default):
-            values[key] = _filled(type(default), value, f'{where}: {key}')
-        elif isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise LayoutError(f'layout {where}: {key} is {value!r}; it must be a number')
-        else:
-            values[key] = float(value)
-    return kind(**values)

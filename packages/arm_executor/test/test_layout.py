@@ -13,12 +13,15 @@ from arm_executor.layout import (
     LayoutError,
     Rail,
     Stations,
+    Tool,
     bin_blocks,
     bin_frame,
     check_layout,
-    load_layout,
     pick_pose,
 )
+from arm_executor.layout_file import find_layout, load_layout
+from arm_executor.reach import check_reach, reached
+from arm_executor.robot.parameters import ARMS
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.values import BIN_TYPES, parse_bin
 
@@ -52,6 +55,11 @@ def test_bin_in_the_way_of_the_pedestal_is_refused():
         (Layout(conveyor=Conveyor(width=-1.0)), 'conveyor.width is -1.0; it must be above 0'),
         (Layout(rail=Rail(speed=float('nan'))), 'rail.speed is nan; it must be finite'),
         (Layout(rail=Rail(x_min=1.0, x_max=-1.0)), 'rail.x_min 1.0 must be below rail.x_max -1.0'),
+        (Layout(stations=Stations(wall=0.0)), 'stations.wall is 0.0; it must be above 0'),
+        (Layout(rail=Rail(x_max=1e9)), r'rail.x_max is 1000000000.0; it must be -50 to 50'),
+        (Layout(tool=Tool(vacuum=2e5)), r'tool.vacuum is 200000.0; it must be 0 to 101325'),
+        (Layout(tool=Tool(safety=0.5)), r'tool.safety is 0.5; it must be 1 to 10'),
+        (Layout(robot='ur7'), r"unknown robot 'ur7': use one of ur5e, .*ur30"),
     ],
 )
 def test_impossible_values_are_named(layout, message):
@@ -71,6 +79,9 @@ def test_unknown_station_is_named():
         ('rail: {speed: fast}', "speed is 'fast'; it must be a number"),
         ('rail: 3', 'expected a mapping, got 3'),
         ('rail: {speed: true}', 'speed is True; it must be a number'),
+        ('robot: ur7', "unknown robot 'ur7': use one of"),
+        ('robot: 20', 'robot is 20; it must be a name'),
+        ('[1, 2', 'while parsing a flow sequence'),
     ],
 )
 def test_bad_file_names_the_key(tmp_path, text, message):
@@ -83,6 +94,57 @@ def test_bad_file_names_the_key(tmp_path, text, message):
 def test_missing_file_is_a_layout_error(tmp_path):
     with pytest.raises(LayoutError, match=r'none\.yaml'):
         load_layout(tmp_path / 'none.yaml')
+
+
+def test_parameter_robot_wins_over_the_file_and_the_rest_of_the_file_stays(tmp_path):
+    path = tmp_path / 'layout.yaml'
+    path.write_text('robot: ur10e\nrail: {x_max: 1.5}')
+    assert find_layout(str(path)).robot == 'ur10e'
+    layout = find_layout(str(path), 'ur30')
+    assert (layout.robot, layout.rail.x_max, layout.rail.x_min) == ('ur30', 1.5, -2.4)
+    assert find_layout('') == Layout()
+    assert find_layout('', 'ur30') == Layout(robot='ur30')
+
+
+def test_belt_in_a_bin_is_refused():
+    wide = replace(Layout(), conveyor=Conveyor(width=1.2))
+    with pytest.raises(LayoutError, match=r'conveyor .* overlaps bin A'):
+        check_layout(wide, {'A': parse_bin('EQ')})
+
+
+@pytest.mark.parametrize(
+    ('robot', 'kinds'),
+    [
+        ('ur20', ('EQ', 'LDC', 'SYN', 'PAL', 'RC')),
+        ('ur30', ('EQ', 'LDC')),
+        ('ur10e', ('EQ', 'LDC')),
+    ],
+)
+def test_default_layout_reaches_the_bins_that_the_robot_is_for(robot, kinds):
+    for kind in kinds:
+        check_reach(find_layout('', robot), dict.fromkeys('ABC', parse_bin(kind)), 0.6)
+
+
+@pytest.mark.parametrize('robot', ['ur5e', 'ur16e'])
+def test_short_arm_in_the_common_layout_is_refused_with_its_reach(robot):
+    with pytest.raises(
+        LayoutError, match=rf'{robot} \(reach 0\.\d+ m\).* cannot reach the waiting'
+    ):
+        check_reach(Layout(robot=robot), {})
+
+
+def test_bin_too_far_away_is_refused_with_the_share_in_reach():
+    far = replace(Layout(), stations=Stations(near_y=2.2))
+    with pytest.raises(LayoutError, match=r'ur20 .* reaches 0% of bin A \(EQ\), at least 50%'):
+        check_reach(far, {'A': parse_bin('EQ')})
+
+
+@pytest.mark.parametrize('name', ARMS)
+def test_layout_of_every_robot_can_be_built(name):
+    layout = find_layout('', name)
+    assert layout.robot == name
+    check_layout(layout, dict.fromkeys('ABC', parse_bin('SYN')))
+    assert 0.0 <= reached(layout, 'A', parse_bin('SYN')) <= 1.0
 
 
 def test_stations_stand_where_the_architecture_says():

@@ -1,0 +1,72 @@
+"""Layouts from a file: YAML with the names of :mod:`arm_executor.layout`.
+
+What it leaves out keeps its default.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from arm_executor.layout import Layout, LayoutError
+from arm_executor.robot.parameters import ARMS
+
+
+def find_layout(path: str, robot: str = '') -> Layout:
+    """The layout in file ``path``, with ``robot`` instead of its own; either may be empty.
+
+    Raises
+    ------
+    LayoutError
+        The file cannot be read, a key or the robot is not known, or a value is not a number.
+    """
+    if path:
+        return load_layout(Path(path), robot)
+    return _with_robot(Layout(), robot or Layout.robot)
+
+
+def load_layout(path: Path, robot: str = '') -> Layout:
+    """Read a layout from YAML; see :func:`find_layout`."""
+    import yaml
+
+    try:
+        content = yaml.safe_load(path.read_text(encoding='utf-8')) or {}
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise LayoutError(f'layout {path}: {error}') from error
+    if not isinstance(content, Mapping):
+        raise LayoutError(f'layout {path}: expected a mapping, got {content!r}')
+    name = robot or content.get('robot', Layout.robot)
+    if not isinstance(name, str):
+        raise LayoutError(f'layout {path}: robot is {name!r}; it must be a name')
+    layout: Layout = _filled(Layout(), {**content, 'robot': name}, str(path))
+    return _with_robot(layout, name)
+
+
+def _with_robot(layout: Layout, robot: str) -> Layout:
+    if robot not in ARMS:
+        msg = f'layout: unknown robot {robot!r}: use one of {", ".join(ARMS)}'
+        raise LayoutError(msg)
+    return replace(layout, robot=robot)
+
+
+def _filled(default: Any, content: Any, where: str) -> Any:  # noqa: ANN401 - a dataclass of any part
+    """``default`` with the values of ``content``."""
+    if not isinstance(content, Mapping):
+        raise LayoutError(f'layout {where}: expected a mapping, got {content!r}')
+    known = {one.name: getattr(default, one.name) for one in fields(default)}
+    values: dict[str, Any] = {}
+    for key, value in content.items():
+        if key not in known:
+            msg = f'layout {where}: unknown key {key!r}; known are {", ".join(known)}'
+            raise LayoutError(msg)
+        if is_dataclass(known[key]):
+            values[key] = _filled(known[key], value, f'{where}: {key}')
+        elif isinstance(known[key], str):
+            values[key] = value
+        elif isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise LayoutError(f'layout {where}: {key} is {value!r}; it must be a number')
+        else:
+            values[key] = float(value)
+    return replace(default, **values)
