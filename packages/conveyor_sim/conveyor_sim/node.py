@@ -79,7 +79,7 @@ class ConveyorNode(Node):
 
     def _begin(self) -> None:
         self._params = params = declare_parameters(self, ConveyorParameters)
-        stream = Stream.from_file(params.boxes_file, params.count, params.seed)
+        stream = Stream.open(params.boxes_file, params.count, params.seed)
         belt = Belt(params.belt_length, params.look_ahead, params.belt_speed, params.speed)
         self._ledger = Ledger(params.state_dir, stream.fingerprint, stream.description)
         self._conveyor = Conveyor(stream, belt, self._ledger)

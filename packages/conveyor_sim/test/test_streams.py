@@ -279,8 +279,8 @@ def test_the_fingerprint_tells_streams_apart_but_not_files(write):
     first = write(HEADER + 'a,300,200,100,1\n', 'one.csv')
     copy = write(HEADER + 'a,300,200,100,1\n', 'two.csv')
     other = write(HEADER + 'a,300,200,101,1\n', 'three.csv')
-    base = Stream.from_file(first).fingerprint
-    assert Stream.from_file(copy).fingerprint == base
-    assert Stream.from_file(other).fingerprint != base
-    assert Stream.from_file(first, count=2).fingerprint != base
-    assert Stream.from_file(first, seed=1).fingerprint != base
+    base = Stream.open(first).fingerprint
+    assert Stream.open(copy).fingerprint == base
+    assert Stream.open(other).fingerprint != base
+    assert Stream.open(first, count=2).fingerprint != base
+    assert Stream.open(first, seed=1).fingerprint != base

@@ -21,7 +21,7 @@ from pack_planner.bench.report import below_paper, markdown, table1
 from pack_planner.bench.runner import ResultFile, Workers, run
 from pack_planner.bench.simulator import pack_collection
 from pack_planner.bench.statistics import ci95, t975
-from pack_planner.bench.streams import collection, cut, cut_collection, drawn_collection
+from pack_planner.bench.streams import collection, cut_collection, drawn_collection
 from pack_planner.bench.values import Case, Settings, Source
 
 SYN = parse_bin('SYN')
@@ -40,22 +40,6 @@ def case(algorithm='mpack_lite', look_ahead=3, collections=1, **source):
 
 
 # collections
-
-
-@pytest.mark.parametrize('pieces', [2, 23, 30, 37])
-def test_a_cut_bin_is_filled_exactly_by_boxes_that_obey_the_cutting_rule(pieces):
-    for seed in range(20):
-        found = cut((80, 45, 45), pieces, random.Random(seed))
-        assert sum(x * y * z for x, y, z in found) == 80 * 45 * 45
-        assert len(found) >= pieces
-        assert all(5 <= edge <= 45 for piece in found for edge in piece)
-        if pieces >= 23:
-            assert len(found) == pieces
-
-
-def test_a_bin_that_cannot_be_cut_so_often_is_refused():
-    with pytest.raises(ValueError, match=r'8x8x8 cm cannot be cut into 3 boxes'):
-        cut((8, 8, 8), 3, random.Random(1))
 
 
 def test_a_syn_collection_is_ten_bins_in_whole_centimetres_shuffled():

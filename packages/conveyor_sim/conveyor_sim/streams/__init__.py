@@ -1,15 +1,21 @@
-"""Where boxes come from: box files, the built-in stream, repetition and order."""
+"""Where boxes come from: files, recipes, earlier runs; repetition, order and destinations."""
 
-from conveyor_sim.streams.files import BUILT_IN, load_boxes, read_entries
+from conveyor_sim.streams.choice import SYNTAX, load_boxes, open_source
+from conveyor_sim.streams.files import BUILT_IN, read_entries
 from conveyor_sim.streams.rows import BoxFileError, Entry, RejectedRow
+from conveyor_sim.streams.run_folder import BOXES_FILE, write_boxes
 from conveyor_sim.streams.stream import Stream
 
 __all__ = [
+    'BOXES_FILE',
     'BUILT_IN',
+    'SYNTAX',
     'BoxFileError',
     'Entry',
     'RejectedRow',
     'Stream',
     'load_boxes',
+    'open_source',
     'read_entries',
+    'write_boxes',
 ]

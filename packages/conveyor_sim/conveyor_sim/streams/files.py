@@ -7,8 +7,7 @@ from pathlib import Path
 
 from conveyor_sim.streams.csv_file import csv_records
 from conveyor_sim.streams.json_file import json_records
-from conveyor_sim.streams.rows import BoxFileError, Entry, Record, RejectedRow, entries_from
-from pack_msgs_py.values import Box
+from conveyor_sim.streams.rows import BoxFileError, Entry, Record, entries_from
 
 #: The stream that ships with the cell: 40 cartons of public sizes.
 BUILT_IN = Path(__file__).parent.parent / 'data' / 'cartons.csv'
@@ -16,21 +15,14 @@ BUILT_IN = Path(__file__).parent.parent / 'data' / 'cartons.csv'
 _MAX_BYTES = 100_000_000
 
 
-def load_boxes(path: str | Path = '') -> tuple[list[Box], list[RejectedRow]]:
-    """Boxes and rejected rows of a box file; the built-in stream when ``path`` is empty.
+def read_entries(path: str | Path = '') -> tuple[Entry, ...]:
+    """Rows of a box file in their order, each a box or rejected; the built-in one by default.
 
     Raises
     ------
     BoxFileError
         The file cannot be read, is empty, or has no size columns.
     """
-    entries = read_entries(path)
-    boxes = [entry for entry in entries if isinstance(entry, Box)]
-    return boxes, [entry for entry in entries if isinstance(entry, RejectedRow)]
-
-
-def read_entries(path: str | Path = '') -> tuple[Entry, ...]:
-    """Rows of a box file in their order, each a box or rejected; see :func:`load_boxes`."""
     source = Path(path).expanduser() if str(path) else BUILT_IN
     text = _text(source)
     entries = entries_from(_records(text, source), source.name)

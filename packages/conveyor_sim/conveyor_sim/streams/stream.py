@@ -1,16 +1,21 @@
-"""The order in which boxes come: how many, shuffled or as listed, repeated when there are few."""
+"""The order in which boxes come: how many of a source, and where they are bound for."""
 
 from __future__ import annotations
 
 import hashlib
 import random
-import re
+from collections import OrderedDict
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from conveyor_sim.streams.files import read_entries
-from conveyor_sim.streams.rows import Entry, RejectedRow
+from conveyor_sim.streams.choice import open_source
+from conveyor_sim.streams.rows import Entry
+from conveyor_sim.streams.sources import Listed, Source
 from pack_msgs_py.values import Box
+
+#: Rounds kept in memory: the newest, and those that boxes still on the belt are of.
+_KEPT_TURNS = 3
 
 
 class Stream:
@@ -18,41 +23,45 @@ class Stream:
 
     Parameters
     ----------
-    entries : rows of a box file.
-    count : how many to supply, rejected rows included; 0 for each row once. Beyond the last row
-        the stream starts again, and ids get ``#2``, ``#3`` and so on appended.
-    seed : 0 for the order as listed; otherwise every round is shuffled, the same for equal seeds.
-    name : what the stream is called in messages.
+    boxes : a source, or rows of a box file, which then come in order or shuffled with ``seed``.
+    count : how many to supply, rejected rows included; 0 for one round of the source.
+    seed : see :class:`conveyor_sim.streams.sources.Listed`; also of the destinations.
+    name : what rows are called in messages.
+    destinations : give each box without one a destination ``D1`` to ``D<n>``, at random; 0 leaves
+        them as they are.
     """
 
     def __init__(
-        self, entries: tuple[Entry, ...], count: int = 0, seed: int = 0, name: str = 'boxes'
+        self,
+        boxes: Source | Sequence[Entry],
+        count: int = 0,
+        seed: int = 0,
+        name: str = 'boxes',
+        destinations: int = 0,
     ) -> None:
-        if not entries:
-            msg = f'stream {name} holds no boxes'
+        if count < 0 or destinations < 0:
+            msg = f'count is {count} and destinations {destinations}; both must be 0 or more'
             raise ValueError(msg)
-        if count < 0:
-            msg = f'count is {count}; it must be 0 (the whole stream) or more'
-            raise ValueError(msg)
-        self._entries = entries
-        self._length = count or len(entries)
+        self._source = Listed(boxes, seed, name) if isinstance(boxes, Sequence) else boxes
+        self._turns: OrderedDict[int, tuple[Entry, ...]] = OrderedDict()
+        self._per_turn = len(self._turn(0))
+        self._length = count or self._per_turn
         self._seed = seed
-        self._ids = {_id(entry) for entry in entries}
-        self._mark = _free_mark(self._ids)
-        self._round: tuple[int, list[int]] | None = None
-        self.name = name
+        self._destinations = destinations
+        self.name = self._source.name
 
     @classmethod
-    def from_file(cls, path: str | Path = '', count: int = 0, seed: int = 0) -> Stream:
-        """A stream from a box file, the built-in one when ``path`` is empty.
+    def open(
+        cls, choice: str | Path = '', count: int = 0, seed: int = 0, destinations: int = 0
+    ) -> Stream:
+        """The stream that ``choice`` names, the built-in cartons when it is empty.
 
         Raises
         ------
         BoxFileError
-            See :func:`conveyor_sim.streams.files.load_boxes`.
+            See :func:`conveyor_sim.streams.choice.open_source`.
         """
-        name = Path(path).name if str(path) else 'built-in cartons'
-        return cls(read_entries(path), count, seed, name)
+        return cls(open_source(choice, seed), count, seed, destinations=destinations)
 
     def __len__(self) -> int:
         return self._length
@@ -61,22 +70,16 @@ class Stream:
         if not 0 <= ordinal < self._length:
             msg = f'stream {self.name} has {self._length} boxes, no number {ordinal}'
             raise IndexError(msg)
-        turn, place = divmod(ordinal, len(self._entries))
-        entry = self._entries[self._order(turn)[place]]
-        if turn == 0:
-            return entry
-        suffix = f'{self._mark}{turn + 1}'
-        if isinstance(entry, RejectedRow):
-            return replace(entry, box_id=entry.box_id + suffix)
-        return replace(entry, id=entry.id + suffix)
+        turn, place = divmod(ordinal, self._per_turn)
+        entry = self._turn(turn)[place]
+        if self._destinations and isinstance(entry, Box) and not entry.destination:
+            number = random.Random(f'{self._seed}/to/{ordinal}').randint(1, self._destinations)
+            return replace(entry, destination=f'D{number}')
+        return entry
 
     def __contains__(self, box_id: object) -> bool:
         """Whether some box of the stream may have this id."""
-        if box_id in self._ids:
-            return True
-        stem, mark, turn = str(box_id).rpartition(self._mark)
-        turns = -(-self._length // len(self._entries))
-        return bool(mark) and stem in self._ids and turn.isdecimal() and 2 <= int(turn) <= turns
+        return self._source.has(str(box_id), -(-self._length // self._per_turn))
 
     @property
     def description(self) -> str:
@@ -86,38 +89,13 @@ class Stream:
     @property
     def fingerprint(self) -> str:
         """Equal for equal streams, whatever the file is called."""
-        digest = hashlib.sha256(f'{self._length} {self._seed}'.encode())
-        for entry in self._entries:
-            if isinstance(entry, Box):
-                key: tuple[object, ...] = (
-                    entry.id,
-                    entry.size_mm,
-                    entry.weight_kg,
-                    entry.allowed_up,
-                    entry.max_top_load_n,
-                    entry.destination,
-                )
-            else:
-                key = (entry.box_id, entry.column, entry.value, int(entry.reason))
-            digest.update(repr(key).encode())
-        return digest.hexdigest()
+        about = f'{self._length} {self._seed} {self._destinations} {self._source.fingerprint}'
+        return hashlib.sha256(about.encode()).hexdigest()
 
-    def _order(self, turn: int) -> list[int]:
-        if self._round is None or self._round[0] != turn:
-            order = list(range(len(self._entries)))
-            if self._seed:
-                random.Random(f'{self._seed}/{turn}').shuffle(order)
-            self._round = (turn, order)
-        return self._round[1]
-
-
-def _id(entry: Entry) -> str:
-    return entry.id if isinstance(entry, Box) else entry.box_id
-
-
-def _free_mark(ids: set[str]) -> str:
-    """``#``, or as many of it as no id of the file already ends with before a number."""
-    mark = '#'
-    while any(re.search(re.escape(mark) + r'[0-9]+$', one) for one in ids):
-        mark += '#'
-    return mark
+    def _turn(self, number: int) -> tuple[Entry, ...]:
+        if number not in self._turns:
+            self._turns[number] = self._source.turn(number)
+            while len(self._turns) > _KEPT_TURNS:
+                self._turns.popitem(last=False)
+        self._turns.move_to_end(number)
+        return self._turns[number]
