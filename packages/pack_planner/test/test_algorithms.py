@@ -10,36 +10,34 @@ from planner_cases import SMALL, random_box
 
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.validator import validate_bins
-from pack_msgs_py.values import Bin, Box, PlacedBox
+from pack_msgs_py.values import Bin, BinSpec, Box, PlacedBox
 from pack_planner.algorithms import ALGORITHMS, Problem, find_algorithm
 from pack_planner.engine import Engine, Zone
+from pack_planner.options import Options
+from pack_planner.policy import Settings, Situation, next_step
 
 ENGINES = {name: Engine(profile) for name, profile in PROFILES.items()}
+TINY = BinSpec('40x30x30', (400, 300, 300))
 NEAREST_ONLY = ['first_fit', 'best_fit', 'dbl', 'lsah', 'heightmap_min', 'online_bph', 'walle',
                 'floor_building', 'column_building', 'best_short_side_fit']  # fmt: skip
 
 
-def pack(name, engine, boxes, look_ahead, open_bins, spec=SMALL):
-    """Pack ``boxes`` in order; the fullest bin is closed when nothing fits."""
-    algorithm = find_algorithm(name)
+def pack(name, engine, boxes, look_ahead, open_bins, spec=SMALL, options=None):
+    """Pack ``boxes`` in order; a bin is closed when nothing fits."""
+    settings = Settings(name, engine.profile, node_limit=100, options=options or Options())
     bins = [Bin(f'bin-{i}', i, spec) for i in range(1, open_bins + 1)]
     closed, waiting, order = [], list(boxes), []
     while waiting:
-        problem = Problem(
-            engine, tuple(waiting[:look_ahead]), tuple(engine.model(one) for one in bins),
-            budget_s=0.2,
-        )  # fmt: skip
-        choice = algorithm(problem)
-        if choice is None:
-            fullest = max(bins, key=lambda one: one.fill_rate)
-            assert fullest.boxes, 'a box that fits an empty bin was placed nowhere'
-            bins.remove(fullest)
-            closed.append(fullest)
+        step = next_step(settings, engine, Situation(tuple(waiting[:look_ahead]), tuple(bins)))
+        assert step is not None, 'a box that fits an empty bin was placed nowhere'
+        if isinstance(step, Bin):
+            bins.remove(step)
+            closed.append(step)
             serial = len(closed) + open_bins
             bins.append(Bin(f'bin-{serial}', serial, spec))
             continue
-        placed, index = choice.candidate.placed, choice.candidate.bin_index
-        assert choice.candidate.objective == engine.objective(placed, index)
+        placed, index = step.candidate.placed, step.candidate.bin_index
+        assert step.candidate.objective == engine.objective(placed, index)
         assert placed.box in waiting[:look_ahead]
         waiting.remove(placed.box)
         order.append(placed.box.id)
@@ -52,16 +50,37 @@ def any_way_up(rng, count):
     return [replace(random_box(rng, f'box-{i}', low=100), allowed_up=63) for i in range(count)]
 
 
+def small_stream(profile, seed, count):
+    """Boxes of a tenth of the bin and less, some that fit only one way up."""
+    rng = random.Random(seed)
+    drawn = [random_box(rng, f'box-{i}', low=80, high=220) for i in range(count)]
+    boxes = [box for box in drawn if ENGINES[profile].fits_empty_bin(box, TINY)]
+    assert len(boxes) > count * 2 // 3
+    return boxes
+
+
 @pytest.mark.parametrize('open_bins', [1, 2, 3])
+@pytest.mark.parametrize('look_ahead', [1, 2, 5, 6])
 @pytest.mark.parametrize('profile', PROFILES)
 @pytest.mark.parametrize('name', ALGORITHMS)
-def test_every_placement_obeys_the_rules(name, profile, open_bins):
-    rng = random.Random(f'{profile}{open_bins}')
-    look_ahead = {1: 1, 2: 3, 3: 6}[open_bins]
-    drawn = [random_box(rng, f'box-{i}', low=100) for i in range(28)]
-    boxes = [box for box in drawn if ENGINES[profile].fits_empty_bin(box, SMALL)]
-    assert len(boxes) > 16
-    bins, order = pack(name, ENGINES[profile], boxes, look_ahead, open_bins)
+def test_every_placement_obeys_the_rules(name, profile, look_ahead, open_bins):
+    boxes = small_stream(profile, f'{profile}{look_ahead}{open_bins}', 15)
+    bins, order = pack(name, ENGINES[profile], boxes, look_ahead, open_bins, TINY)
+    assert sorted(order) == sorted(box.id for box in boxes)
+    assert validate_bins(bins, PROFILES[profile]) == []
+
+
+@pytest.mark.parametrize('options', [
+    Options(cep=True), Options(sort='arrival', selection='nearest'),
+    Options(sort='area', selection='largest', closing='oldest'),
+    Options(sort='height', selection='large_when_empty', closing='least_useful'),
+    Options(max_passed_over=5, selection='largest', cep=True),
+], ids=lambda one: f'{one.sort}-{one.selection}-{one.closing}-{one.cep}')  # fmt: skip
+@pytest.mark.parametrize('profile', PROFILES)
+@pytest.mark.parametrize('name', [one for one in ALGORITHMS if one not in NEAREST_ONLY])
+def test_every_placement_obeys_the_rules_whatever_the_options(name, profile, options):
+    boxes = small_stream(profile, f'{profile}{options}', 18)
+    bins, order = pack(name, ENGINES[profile], boxes, 4, 2, TINY, options)
     assert sorted(order) == sorted(box.id for box in boxes)
     assert validate_bins(bins, PROFILES[profile]) == []
 
