@@ -7,13 +7,13 @@ and time is a steady clock that is passed in. Every wait ends by itself.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Protocol
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Report, Scan
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode
 from pack_msgs_py.values import Bin
+from pack_planner.alternatives import Planned
 from pack_planner.decide import (
     Close,
     Outcome,
@@ -24,6 +24,17 @@ from pack_planner.decide import (
     refreshed_target,
 )
 from pack_planner.inputs import Heartbeat, Inputs, same_content
+from pack_planner.negotiation import (
+    HIDDEN_TIMEOUT_S,
+    MARGIN_S,
+    TRANSIENT,
+    Answer,
+    Asking,
+    Talk,
+    choose,
+    learn,
+)
+from pack_planner.outputs import Ahead, Asked, Outputs, Plan
 from pack_planner.policy import Situation
 from pack_planner.refusals import Refusals
 from pack_planner.running import Goal
@@ -35,73 +46,19 @@ SWAP_TIMEOUT_S = 5.0
 #: Backstop behind the QoS events of the heartbeat.
 SILENCE_S = 2.0
 
-#: Endings that say nothing about the placement.
-_TRANSIENT = frozenset(
-    {
-        ErrorCode.UNKNOWN,
-        ErrorCode.STALE_BIN_REVISION,
-        ErrorCode.BUSY,
-        ErrorCode.NOT_ACTIVE,
-        ErrorCode.BOX_NOT_ON_BELT,
-        ErrorCode.STALE_GOAL,
-        ErrorCode.BOX_NOT_PRESENTED,
-        ErrorCode.CANCELED,
-        ErrorCode.PROTECTIVE_STOP,
-    }
-)
-
-
-class Outputs(Protocol):
-    """What the coordinator can have done."""
-
-    def plan(self, number: int, situation: Situation) -> None:
-        """Decide about ``situation``; answer with :meth:`Coordinator.on_planned`."""
-
-    def announce(self, decision: Decision, bins: tuple[Bin, ...]) -> Decision:
-        """Publish a decision; returns it with its sequence number and stamps."""
-
-    def send(self, decision: Decision, target: Bin, unhidden_s: float) -> bytes:
-        """Send a goal; returns its id. ``unhidden_s``: planning that no motion hid."""
-
-    def swap(self, target: Bin) -> None:
-        """Ask for an empty bin instead; answer with :meth:`Coordinator.on_swapped`."""
-
-    def refresh_bins(self) -> None:
-        """Ask for the current `bin_state` again."""
-
-    def info(self, text: str) -> None:
-        """Tell the operator."""
-
-    def warn(self, text: str) -> None:
-        """Tell the operator that something is not as it should be."""
-
-
-@dataclass(frozen=True)
-class _Plan:
-    """A decision being computed."""
-
-    number: int
-    bins: tuple[Bin, ...]
-    box_ids: tuple[str, ...]
-    scan_sequence: int
-    trigger_s: float
-    ahead: bool
-
-
-@dataclass(frozen=True)
-class _Ahead:
-    """What is to be done once the running goal has ended as expected."""
-
-    outcome: Outcome
-    plan: _Plan
-    ready_s: float
-
 
 class Coordinator:
     """See the module. All methods are called from one thread."""
 
-    def __init__(self, outputs: Outputs, clock: Callable[[], float], look_ahead: int) -> None:
+    def __init__(
+        self,
+        outputs: Outputs,
+        clock: Callable[[], float],
+        look_ahead: int,
+        asking: Asking | None = None,
+    ) -> None:
         self.look_ahead = look_ahead
+        self.asking = asking or Asking()
         self._out = outputs
         self._clock = clock
         self._in = Inputs()
@@ -109,8 +66,9 @@ class Coordinator:
         self._alive = self._was_lost = False
         self._heard_s = -math.inf
         self._numbers = 0
-        self._plan: _Plan | None = None
-        self._ahead: _Ahead | None = None
+        self._plan: Plan | None = None
+        self._asked: Asked | None = None
+        self._ahead: Ahead | None = None
         self._goal: Goal | None = None
         self._free_s = -math.inf
         self._last_box = ''
@@ -155,13 +113,14 @@ class Coordinator:
         self._alive, self._was_lost = False, True
         held = f'; goal for box {self._goal.decision.box.id!r} forgotten' if self._goal else ''
         self._out.warn(f'the arm is silent{held}; waiting for it to come back')
-        self._goal = self._ahead = self._plan = self._swap = self._new_bins = None
+        self._goal = self._ahead = self._swap = self._new_bins = None
+        self._plan = self._asked = None
         self._in.bins = self._in.heartbeat = None
 
     def on_event(self, event: BoxEvent) -> None:
         """Something happened to a box."""
         self._in.add_event(event)
-        if event.event is BoxEventKind.RETURNED and self._is_available(event.box_id):
+        if event.event is BoxEventKind.RETURNED and self._in.is_available(event.box_id):
             self._stale_inputs = False
         goal = self._goal
         if goal is not None and event.box_id == goal.decision.box.id:
@@ -205,24 +164,62 @@ class Coordinator:
             self._stale_inputs = True
         self.step()
 
-    def on_planned(self, number: int, outcome: Outcome | None, error: str = '') -> None:
+    def on_planned(self, number: int, planned: Planned | None, error: str = '') -> None:
         """A decision is ready; ``None`` with ``error`` when computing it failed."""
         plan = self._plan
-        if plan is None or plan.number != number:
+        if plan is None or plan.number != number or self._asked is not None:
             return
-        self._plan = None
-        if outcome is None:
+        if planned is None:
+            self._plan = None
             self._out.warn(f'no decision: {error}')
             self._stale_inputs = True
-        elif isinstance(outcome, Reject):
+        elif self.asking.candidates and planned.candidates():
+            self._ask(replace(plan, talk=plan.talk.thought(planned)), planned)
+            return
+        else:
+            self._settle(planned.outcome, replace(plan, talk=plan.talk.thought(planned)))
+        self.step()
+
+    def _ask(self, plan: Plan, planned: Planned) -> None:
+        """Ask the arm which of the candidates it can do."""
+        hidden = plan.ahead and self._goal is not None
+        spent_s = 0.0 if hidden else plan.talk.spent_s
+        limit_s = self.asking.deadline_s - MARGIN_S - spent_s
+        self._plan = plan
+        self._asked = Asked(plan, planned, limit_s, self._clock())
+        self._out.check(plan.number, planned.candidates(), limit_s)
+
+    def on_checked(self, number: int, answers: Sequence[Answer] | None) -> None:
+        """What the arm says of each candidate; ``None`` when it cannot be asked."""
+        asked, now = self._asked, self._clock()
+        if asked is None or asked.plan.number != number:
+            return
+        self._asked = None
+        candidates, plan = asked.planned.candidates(), asked.plan
+        chosen: Decision | None = candidates[0]
+        if answers is not None:
+            deadline_s = self.asking.deadline_s
+            talk = plan.talk.heard(answers, now - asked.asked_s, asked.limit_s)
+            plan = replace(plan, talk=talk)
+            learn(self._refusals, plan.bins, candidates, answers, deadline_s)
+            chosen = choose(candidates, answers, asked.limit_s, deadline_s)
+        if chosen is not None:
+            self._settle(Place(plan.talk.written_into(chosen)), plan)
+        else:
+            self._start_plan(plan.bins, ahead=plan.ahead, talk=plan.talk)
+        self.step()
+
+    def _settle(self, outcome: Outcome, plan: Plan) -> None:
+        """The decision is made: carry it out, now or when the arm is free."""
+        self._plan = None
+        if isinstance(outcome, Reject):
             self._reject(outcome, plan)
         elif plan.ahead:
             if isinstance(outcome, Place):
                 outcome = Place(self._announce(outcome.decision, plan))
-            self._ahead = _Ahead(outcome, plan, self._clock())
+            self._ahead = Ahead(outcome, plan, self._clock())
         elif self._still_holds(outcome, plan.bins):
             self._carry_out(outcome, plan, announced=False)
-        self.step()
 
     # --- what to do now ----------------------------------------------------------------------
 
@@ -256,6 +253,11 @@ class Coordinator:
         if self._swap is not None and now - self._swap[1] > SWAP_TIMEOUT_S:
             self._out.warn(f'no answer to swap_bin within {SWAP_TIMEOUT_S:g} s')
             self._swap = None
+        if self._asked is not None:
+            hidden, since_s = self._goal is not None, max(self._asked.asked_s, self._free_s)
+            if now - since_s > (HIDDEN_TIMEOUT_S if hidden else self.asking.timeout_s):
+                self._out.warn('no answer to check_placements; going on with the first choice')
+                self.on_checked(self._asked.plan.number, None)
 
     def _arm_is_free(self) -> bool:
         heartbeat = self._in.heartbeat
@@ -300,30 +302,33 @@ class Coordinator:
             self._short_since_s = now
         return now - self._short_since_s > PATIENCE_S and bool(self._in.available())
 
-    def _start_plan(self, bins: tuple[Bin, ...], *, ahead: bool) -> None:
+    def _start_plan(self, bins: tuple[Bin, ...], *, ahead: bool, talk: Talk | None = None) -> None:
+        """Have a decision computed; ``talk`` is what was said when the arm refused the last one."""
         boxes = self._in.available()[: self.look_ahead]
         self._numbers += 1
-        self._plan = _Plan(
+        self._plan = Plan(
             self._numbers,
             bins,
             tuple(box.id for box in boxes),
             self._scan().sequence,
-            self._in.newest_stamp_s(),
             ahead,
+            talk or Talk(self._in.newest_stamp_s()),
         )
-        forbidden, laps = self._refusals.snapshot(), self._in.laps(boxes)
-        self._out.plan(self._numbers, Situation(boxes, bins, forbidden, laps))
+        forbidden, laps = self._refusals.snapshot(bins), self._in.laps(boxes)
+        # Mostly the arm can do the first choice; only then more are worth their computing.
+        count = self.asking.candidates if talk is not None else 1
+        self._out.plan(self._numbers, Situation(boxes, bins, forbidden, laps), count)
 
     def _still_holds(self, outcome: Outcome, bins: tuple[Bin, ...]) -> bool:
         """Whether ``outcome`` is still right for the bins and the belt as they are now."""
         if self._in.bins is None or not same_content(bins, self._bins()):
             return False
         if isinstance(outcome, Place):
-            return self._is_available(outcome.decision.box.id)
+            return self._in.is_available(outcome.decision.box.id)
         return True
 
     def _carry_out(
-        self, outcome: Outcome, plan: _Plan, *, announced: bool, ready_s: float = math.inf
+        self, outcome: Outcome, plan: Plan, *, announced: bool, ready_s: float = math.inf
     ) -> None:
         if isinstance(outcome, Place):
             decision = outcome.decision
@@ -333,7 +338,7 @@ class Coordinator:
             else:
                 decision = self._announce(decision, plan)
             late = max(0.0, ready_s - self._free_s) if announced else math.inf
-            goal_id = self._out.send(decision, target, min(decision.planning_s, late))
+            goal_id = self._out.send(decision, target, min(plan.talk.spent_s, late))
             self._goal = Goal(decision, target, goal_id, self._clock())
         elif isinstance(outcome, Close):
             target = next(one for one in self._bins() if one.id == outcome.target.id)
@@ -343,13 +348,13 @@ class Coordinator:
         elif isinstance(outcome, Wait):
             self._stale_inputs = True
 
-    def _announce(self, decision: Decision, plan: _Plan) -> Decision:
+    def _announce(self, decision: Decision, plan: Plan) -> Decision:
         stamped = replace(
-            decision, scan_sequence=plan.scan_sequence, trigger_stamp_s=plan.trigger_s
+            decision, scan_sequence=plan.scan_sequence, trigger_stamp_s=plan.talk.trigger_s
         )
         return self._out.announce(stamped, plan.bins)
 
-    def _reject(self, outcome: Reject, plan: _Plan) -> None:
+    def _reject(self, outcome: Reject, plan: Plan) -> None:
         decision = self._announce(outcome.decision, plan)
         self._in.rejected.add(decision.box.id)
         self._out.warn(f'rejected: {decision.reason}')
@@ -365,8 +370,9 @@ class Coordinator:
             self._new_bins = (decision.bin_id, decision.bin_revision, until)
             self._time_outs(self._clock())
             return
-        self._ahead = self._plan = None
+        self._ahead = self._plan = self._asked = None
         bins = self._in.bins.bins if self._in.bins is not None else ()
+        self._refusals.forget_expected(bins)
         known = (decision.bin_id, decision.bin_revision) in [(b.id, b.revision) for b in bins]
         # the bins that explain a refusal may have come before it
         self._stale_inputs = known
@@ -375,19 +381,14 @@ class Coordinator:
         if code is ErrorCode.DUPLICATE_BOX:
             self._in.rejected.add(decision.box.id)
             return
-        if code not in _TRANSIENT:
+        if code not in TRANSIENT:
             # a motion that failed is likely to fail again: to be avoided like a refused one
-            self._refusals.add(
-                goal.target, decision.box.id, decision.orientation, decision.corner_mm
-            )
+            self._refusals.learn(goal.target, decision, code)
         if code >= ErrorCode.GRASP_FAILED:
-            self._stale_inputs = not self._is_available(decision.box.id)
-        elif code not in _TRANSIENT:
+            self._stale_inputs = not self._in.is_available(decision.box.id)
+        elif code not in TRANSIENT:
             # the refusal itself is new: nothing else has to change before the next try
             self._stale_inputs = False
-
-    def _is_available(self, box_id: str) -> bool:
-        return any(box.id == box_id for box in self._in.available())
 
     def _scan(self) -> Scan:
         assert self._in.scan is not None

@@ -12,6 +12,28 @@ from pack_msgs_py.values import Bin, Box
 EVENTS_KEPT = 1000
 
 
+#: A scan comes each second; what is so much older tells of a belt as it was long ago.
+SCAN_AGE_S = 10.0
+
+
+def check_scan(scan: Scan, now_s: float) -> Scan:
+    """``scan`` itself; ``ValueError`` when its frame or its stamp makes it useless.
+
+    ``now_s`` : the same clock as its stamp, seconds since the epoch.
+    """
+    if scan.frame_id != 'cell':
+        msg = f"frame_id is {scan.frame_id!r}; boxes must be given in frame 'cell'"
+        raise ValueError(msg)
+    age = now_s - scan.stamp_s
+    if abs(age) > SCAN_AGE_S:
+        msg = (
+            f'its stamp is {abs(age):.1f} s {"old" if age > 0 else "ahead"}, at most '
+            f'{SCAN_AGE_S:g} s will do: is the conveyor alive, do the clocks agree?'
+        )
+        raise ValueError(msg)
+    return scan
+
+
 @dataclass(frozen=True)
 class Heartbeat:
     """The executor's mode; see pack_msgs/ExecutorState."""
@@ -64,6 +86,10 @@ class Inputs:
             and item.box.id not in self.rejected
             and self.last_event(item.box.id) in (None, BoxEventKind.RETURNED)
         )
+
+    def is_available(self, box_id: str) -> bool:
+        """Whether this box is one of them."""
+        return any(box.id == box_id for box in self.available())
 
     def laps(self, boxes: tuple[Box, ...]) -> tuple[int, ...]:
         """How often each of ``boxes`` was passed over, as the belt counts it."""

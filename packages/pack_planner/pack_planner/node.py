@@ -15,6 +15,7 @@ Publishes
 Calls
 -----
 - `place_box` (action): one goal at a time.
+- `check_placements` (service): which of its best candidates the arm can do.
 - `swap_bin` (service): when nothing fits into the open bins.
 """
 
@@ -24,7 +25,7 @@ import os
 import sys
 import time
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any, TypeVar
@@ -49,10 +50,10 @@ from pack_msgs.msg import (
     PlacementReport,
 )
 from pack_msgs.msg import BoxEvent as BoxEventMsg
-from pack_msgs.srv import SwapBin
+from pack_msgs.srv import CheckPlacements, SwapBin
 from pack_msgs_py import qos
 from pack_msgs_py.cell_values import Decision
-from pack_msgs_py.codes import Mode
+from pack_msgs_py.codes import ErrorCode, Mode
 from pack_msgs_py.conversions import (
     bins_from_ros,
     decision_to_ros,
@@ -66,9 +67,11 @@ from pack_msgs_py.conversions import (
 from pack_msgs_py.parameters import check_value, parameter_fields
 from pack_msgs_py.ros_params import declare_parameters
 from pack_msgs_py.values import Bin, frame_name
+from pack_planner.alternatives import Planned, planned, quick
 from pack_planner.coordinator import Coordinator
-from pack_planner.decide import Outcome, Planner
-from pack_planner.inputs import Heartbeat
+from pack_planner.decide import Planner
+from pack_planner.inputs import Heartbeat, check_scan
+from pack_planner.negotiation import Answer, Asking
 from pack_planner.parameters import PlannerParameters, settings
 from pack_planner.pick_point import pick_pose
 from pack_planner.policy import Situation
@@ -81,7 +84,7 @@ WARM_UP = 0
 STOP_TIMEOUT_S = 1.0
 
 M = TypeVar('M')
-Answer = tuple[int, 'Outcome | None', str]
+Result = tuple[int, 'Planned | None', str]
 
 
 class PlannerNode(Node):
@@ -96,14 +99,19 @@ class PlannerNode(Node):
         self._sequence = 0
         self._known_bins: dict[str, Bin] = {}
         self._planner: Planner | None = None
+        self._follower: Planner | None = None
         self._guard = self.create_guard_condition(self._fetch)
-        self._worker: Worker[Answer] = Worker(self._guard.trigger, 'planning')
-        self._worker.submit(partial(self._answer, WARM_UP, None))
-        self.coordinator = Coordinator(self, time.monotonic, self.parameters.look_ahead)
+        self._worker: Worker[Result] = Worker(self._guard.trigger, 'planning')
+        self._worker.submit(partial(self._answer, WARM_UP, None, 1))
+        p = self.parameters
+        asking = Asking(p.candidates, p.check_timeout_s, p.deadline_s)
+        self.coordinator = Coordinator(self, time.monotonic, p.look_ahead, asking)
 
         self._decisions = self.create_publisher(Placement, 'placements', qos.TOPICS['placements'])
         self._action = ActionClient(self, PlaceBox, 'place_box')
         self._swap_bin = self.create_client(SwapBin, 'swap_bin')
+        self._check_placements = self.create_client(CheckPlacements, 'check_placements')
+        self._checking: Any = None
         self._listen(
             PlacementReport,
             'placement_report',
@@ -117,7 +125,6 @@ class PlannerNode(Node):
         self._listen(BoxScan, 'box_scan', self._on_scan)
         self._refresh_wanted = False
         self.create_timer(STEP_PERIOD_S, self._tick)
-        p = self.parameters
         self.get_logger().info(
             f'planning with {p.algorithm}, profile {p.profile}, look-ahead {p.look_ahead}; '
             'waiting for the belt and the arm'
@@ -166,7 +173,7 @@ class PlannerNode(Node):
         scan, errors = scan_from_ros(msg)
         for error in errors:
             self.get_logger().error(f'box left out: {error}', throttle_duration_sec=5.0)
-        self.coordinator.on_scan(scan, len(errors))
+        self.coordinator.on_scan(check_scan(scan, self._now_s()), len(errors))
 
     def _on_bins(self, msg: BinStateArray) -> None:
         """Convert only bins that changed: a full bin is the largest message of the cell."""
@@ -214,6 +221,9 @@ class PlannerNode(Node):
         except ValueError as error:
             return SetParametersResult(successful=False, reason=str(error))
         self.parameters = wanted
+        self.coordinator.asking = Asking(
+            wanted.candidates, wanted.check_timeout_s, wanted.deadline_s
+        )
         return SetParametersResult(successful=True)
 
     # --- computing ---------------------------------------------------------------------------
@@ -226,22 +236,35 @@ class PlannerNode(Node):
         self._planner.use(wanted)
         return self._planner
 
-    def _answer(self, number: int, situation: Situation | None) -> Answer:
+    def _ready_follower(self) -> Planner:
+        """Who names alternatives: the planner itself, or a quick one instead of a thorough one."""
+        wanted = quick(settings(self.parameters))
+        if self._follower is None:
+            self._follower = Planner(wanted, time.perf_counter)
+        else:
+            self._follower.use(wanted)
+        return self._follower
+
+    def _answer(self, number: int, situation: Situation | None, count: int) -> Result:
         """A job of the worker; without a situation it only warms up."""
         try:
-            planner = self._ready_planner()
-            return (number, planner.decide(situation) if situation else None, '')
+            planner = follower = self._ready_planner()
+            if quick(settings(self.parameters)) != settings(self.parameters):
+                follower = self._ready_follower()
+            if situation is None:
+                return (number, None, '')
+            return (number, planned(planner.decide, follower.decide, situation, count), '')
         except Exception as error:
             # whatever went wrong with one decision, the node must go on hearing the arm
             return (number, None, f'{type(error).__name__}: {error}')
 
     def _fetch(self) -> None:
-        for number, outcome, error in self._worker.fetch():
-            self.coordinator.on_planned(number, outcome, error)
+        for number, found, error in self._worker.fetch():
+            self.coordinator.on_planned(number, found, error)
 
-    def plan(self, number: int, situation: Situation) -> None:
+    def plan(self, number: int, situation: Situation, candidates: int) -> None:
         """Compute a decision in the worker's thread."""
-        self._worker.submit(partial(self._answer, number, situation))
+        self._worker.submit(partial(self._answer, number, situation, candidates))
 
     # --- outputs -----------------------------------------------------------------------------
 
@@ -279,6 +302,33 @@ class PlannerNode(Node):
         except ValueError as error:
             self.get_logger().error(f'report in the result of place_box ignored: {error}')
         self.coordinator.on_result(goal_id, report)
+
+    def check(self, number: int, candidates: Sequence[Decision], enough_s: float) -> None:
+        """Call `check_placements`."""
+        client = self._check_placements
+        if self._checking is not None:
+            # given up by now; nobody would ever take the answer off the list
+            client.remove_pending_request(self._checking)
+            self._checking = None
+        if not client.service_is_ready():
+            self.coordinator.on_checked(number, None)
+            return
+        frames = {one.id: frame_name(one.station) for one in self._known_bins.values()}
+        request = CheckPlacements.Request(
+            candidates=[decision_to_ros(one, frames.get(one.bin_id, '')) for one in candidates],
+            enough=enough_s,
+        )
+        self._checking = client.call_async(request)
+        self._checking.add_done_callback(partial(self._on_checked, number))
+
+    def _on_checked(self, number: int, future: Any) -> None:  # noqa: ANN401 - rclpy's future
+        self._checking = None
+        if future.cancelled() or future.result() is None:
+            return
+        self.coordinator.on_checked(
+            number,
+            [Answer(ErrorCode(one.error_code), one.motion_time) for one in future.result().checks],
+        )
 
     def swap(self, target: Bin) -> None:
         """Call `swap_bin`."""

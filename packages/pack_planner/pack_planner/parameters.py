@@ -84,6 +84,19 @@ class PlannerParameters:
     deadline_s: float = parameter(
         5.5, 'time for a box: planning that no motion hid, plus motion', unit='s', low=0.1
     )
+    candidates: int = parameter(
+        8,
+        'placements that the arm is asked about at a time, best first; 0 to send goals unasked',
+        low=0,
+        high=8,
+    )
+    check_timeout_s: float = parameter(
+        0.4,
+        'how long the arm may take to answer while nothing moves; then the first choice is sent',
+        unit='s',
+        low=0.0,
+        high=60.0,
+    )
 
 
 def settings(parameters: PlannerParameters) -> Settings:

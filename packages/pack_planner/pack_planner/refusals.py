@@ -2,69 +2,165 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from pack_msgs_py.values import Bin, Box, Int3
+from pack_msgs_py.cell_values import Decision
+from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.orientation import ORIENTATIONS, oriented_size
+from pack_msgs_py.values import Bin, Box, Int3, Vec3
 from pack_planner.engine import Zone
 
-#: After so many refusals of one box in one revision of a bin, the box is not offered there again.
-REFUSALS_UNTIL_BARRED = 3
+#: After so many refusals of one box in one content of a bin, the box is not offered there until
+#: the content changes: a refusal costs the arm about a tenth of a second.
+TRIES_PER_BOX = 6
+#: The same for all boxes together, in a bin that holds any.
+TRIES_PER_CONTENT = 30
+
+#: Refusals that hold as long as the bin stands: boxes only come, none ever leaves.
+LASTING = frozenset(
+    {
+        ErrorCode.NO_IK_SOLUTION,
+        ErrorCode.PATH_IN_COLLISION,
+        ErrorCode.LIMITS_EXCEEDED,
+    }
+)
 
 
-@dataclass
-class Refusals:
-    """Refused placements by bin, content of the bin, and box.
+@dataclass(frozen=True)
+class Refused:
+    """One refused placement.
 
-    A refusal holds as long as the content of the bin stays the same. Around a refused position
-    the box is not offered again within 10 cm at the same height and turn, and after three refusals
-    not at all.
+    Attributes
+    ----------
+    box_id, zone : what was refused where.
+    revision : of the bin at that moment.
+    lasting : whether later contents of the bin do not change it.
+    hole_mm : size along the bin's axes of the box that nothing let through; boxes at least as wide
+        and long are not offered there either. ``None`` when that was not the reason.
     """
 
-    _zones: dict[str, dict[str, tuple[Zone, ...]]] = field(default_factory=dict)
-    _revisions: dict[str, int] = field(default_factory=dict)
+    box_id: str
+    zone: Zone
+    revision: int
+    lasting: bool = False
+    hole_mm: Vec3 | None = None
 
-    def add(self, target: Bin, box_id: str, orientation: str, corner_mm: Int3) -> None:
-        """Remember that the arm refused this placement into ``target`` as it is now."""
-        self.forget_old((target,))
-        per_box = self._zones.setdefault(target.id, {})
-        per_box[box_id] = (*per_box.get(box_id, ()), Zone(orientation, corner_mm))
-        self._revisions[target.id] = target.revision
+
+class Refusals:
+    """Refused placements by bin.
+
+    Around a refused position the box is not offered again within 10 cm at the same height and
+    turn. How long that holds, and what it means for other boxes, follows from the code.
+    """
+
+    def __init__(self) -> None:
+        self._by_bin: dict[str, tuple[Refused, ...]] = {}
+
+    def learn(
+        self, target: Bin, decision: Decision, code: ErrorCode, *, lasting: bool = False
+    ) -> None:
+        """The arm refused ``decision`` with ``code``, or failed at it, in ``target`` as it is."""
+        hole = oriented_size(decision.box.size_mm, decision.orientation)
+        self.add(
+            target,
+            decision.box.id,
+            decision.orientation,
+            decision.corner_mm,
+            lasting=lasting or code in LASTING,
+            hole_mm=hole if code is ErrorCode.PATH_IN_COLLISION else None,
+        )
+
+    def add(
+        self,
+        target: Bin,
+        box_id: str,
+        orientation: str,
+        corner_mm: Int3,
+        *,
+        lasting: bool = False,
+        hole_mm: Vec3 | None = None,
+    ) -> None:
+        """Remember a placement into ``target`` as it is now; see :class:`Refused`."""
+        zone = Zone(orientation, corner_mm)
+        refused = Refused(box_id, zone, target.revision, lasting, hole_mm)
+        self._by_bin[target.id] = (*self._by_bin.get(target.id, ()), refused)
 
     def forget_old(self, bins: tuple[Bin, ...]) -> None:
-        """Drop what was refused in an earlier content of any of ``bins``."""
-        for one in bins:
-            if self._revisions.get(one.id) != one.revision:
-                self._zones.pop(one.id, None)
-                self._revisions.pop(one.id, None)
+        """Drop what no longer holds now that the open bins are ``bins``."""
+        self._by_bin = {
+            one.id: tuple(
+                refused
+                for refused in self._by_bin[one.id]
+                if refused.lasting or refused.revision >= one.revision
+            )
+            for one in bins
+            if one.id in self._by_bin
+        }
 
-    def snapshot(self) -> Forbidden:
-        """What is refused now, as a value that a worker thread may keep."""
-        return Forbidden(
-            {
-                (bin_id, box_id): (self._revisions[bin_id], found)
-                for bin_id, per_box in self._zones.items()
-                for box_id, found in per_box.items()
-            }
-        )
+    def forget_expected(self, bins: tuple[Bin, ...]) -> None:
+        """Drop what was refused for a content that the open ``bins`` will not have after all."""
+        for one in bins:
+            known = self._by_bin.get(one.id, ())
+            self._by_bin[one.id] = tuple(r for r in known if r.revision <= one.revision)
+
+    def snapshot(self, bins: tuple[Bin, ...] = ()) -> Forbidden:
+        """What is refused in ``bins``, as a value that a worker thread may keep."""
+        refused = {bin_id: found for bin_id, found in self._by_bin.items() if found}
+        return Forbidden(refused, {one.id: one.revision for one in bins})
 
 
 @dataclass(frozen=True)
 class Forbidden:
     """Refusals as the engine takes them; call with a box and a bin.
 
-    ``zones`` holds, by bin id and box id, the revision of the bin at which the arm refused, and
-    what it refused. They also hold for later revisions, since a bin that is packed virtually
-    counts its revisions on while in truth it is still the one that was refused.
+    ``by_bin`` holds what the arm refused by bin id, ``contents`` the revision of each bin that is
+    decided about. A bin that is packed virtually counts its revision on while in truth it is still
+    the one that was refused, so a refusal also holds for later revisions.
     """
 
-    zones: dict[tuple[str, str], tuple[int, tuple[Zone, ...]]] = field(default_factory=dict)
+    by_bin: Mapping[str, tuple[Refused, ...]] = field(default_factory=dict)
+    contents: Mapping[str, int] = field(default_factory=dict)
 
     def refused(self, box: Box, target: Bin) -> tuple[Zone, ...]:
         """Placements of ``box`` that the arm refused in ``target`` as it is."""
-        revision, found = self.zones.get((target.id, box.id), (0, ()))
-        return found if target.revision >= revision else ()
+        return tuple(one.zone for one in self._own(box, target))
+
+    def plus(self, target: Bin, decision: Decision) -> Forbidden:
+        """The same with ``decision`` refused too."""
+        zone = Zone(decision.orientation, decision.corner_mm)
+        more = Refused(decision.box.id, zone, target.revision)
+        by_bin = {**self.by_bin, target.id: (*self.by_bin.get(target.id, ()), more)}
+        return Forbidden(by_bin, self.contents)
 
     def __call__(self, box: Box, target: Bin) -> tuple[Zone, ...] | None:
         """Refused zones, or ``None`` when the box may not go into that bin at all."""
-        zones = self.refused(box, target)
-        return None if len(zones) >= REFUSALS_UNTIL_BARRED else zones
+        known = self.by_bin.get(target.id)
+        if known is None:
+            return ()
+        content = self.contents.get(target.id, max(one.revision for one in known))
+        fresh = [one for one in known if one.revision == content]
+        tries = sum(one.box_id == box.id for one in fresh)
+        if tries >= TRIES_PER_BOX or (target.boxes and len(fresh) >= TRIES_PER_CONTENT):
+            return None
+        own = self.refused(box, target)
+        return (*own, *(zone for one in known for zone in _too_narrow(one, box, target)))
+
+    def _own(self, box: Box, target: Bin) -> list[Refused]:
+        known = self.by_bin.get(target.id, ())
+        return [r for r in known if r.box_id == box.id and r.revision <= target.revision]
+
+
+def _too_narrow(refused: Refused, box: Box, target: Bin) -> list[Zone]:
+    """Where ``box`` would go down the hole that was too narrow for another one."""
+    hole = refused.hole_mm
+    if hole is None or refused.box_id == box.id or refused.revision > target.revision:
+        return []
+    x, y, z = refused.zone.corner_mm
+    found = []
+    for orientation in ORIENTATIONS:
+        size = oriented_size(box.size_mm, orientation)
+        if size[0] >= hole[0] and size[1] >= hole[1]:
+            corner = (round(x + (hole[0] - size[0]) / 2), round(y + (hole[1] - size[1]) / 2), z)
+            found.append(Zone(orientation, corner))
+    return found

@@ -9,9 +9,11 @@ from planner_cases import SMALL
 from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Pose, Report, Scan, ScannedBox
 from pack_msgs_py.codes import ErrorCode, Mode
 from pack_msgs_py.values import Bin, Box
+from pack_planner.alternatives import Planned
 from pack_planner.coordinator import Coordinator
 from pack_planner.decide import Place, expected_bins
 from pack_planner.inputs import Heartbeat
+from pack_planner.negotiation import Answer, Asking
 
 EMPTY = Bin('bin-1', 1, SMALL)
 OK = ErrorCode.NONE
@@ -20,21 +22,27 @@ OK = ErrorCode.NONE
 class Cell:
     """A coordinator whose every output is written down, and whose inputs are set by hand."""
 
-    def __init__(self, look_ahead=2):
+    def __init__(self, look_ahead=2, **asking):
         self.now = 0.0
         self.done = []
         self.situations = {}
         self.goal_ids = 0
-        self.coordinator = Coordinator(self, lambda: self.now, look_ahead)
+        self.coordinator = Coordinator(self, lambda: self.now, look_ahead, Asking(**asking))
         self.sequence = 0
         self.bins_now = (EMPTY,)
         self.boxes = ['a', 'b', 'c']
         self.remaining = 5
 
     # outputs
-    def plan(self, number, situation):
+    def plan(self, number, situation, candidates):
         self.situations[number] = situation
+        self.wanted = candidates
         self.done.append(('plan', number))
+
+    def check(self, number, candidates, enough_s):
+        self.asked = (number, candidates)
+        self.enough_s = enough_s
+        self.done.append(('check', number))
 
     def announce(self, decision, bins):
         self.done.append(('announce', decision.box.id))
@@ -82,17 +90,27 @@ class Cell:
     def event(self, name, kind):
         self.coordinator.on_event(BoxEvent(name, kind, stamp_s=self.now))
 
-    def planned(self, name, corner=(0, 0, 0)):
+    def planned(self, name, corner=(0, 0, 0), *others):
         number = max(self.situations)
         target = self.situations[number].bins[0]
-        decision = Decision(
-            box(name), target.id, target.serial, target.revision,
-            corner_mm=corner, size_mm=(100, 100, 100), planning_s=0.5,
-        )  # fmt: skip
-        self.coordinator.on_planned(number, Place(decision))
+        found = [
+            Decision(
+                box(name), target.id, target.serial, target.revision,
+                corner_mm=at, size_mm=(100, 100, 100), planning_s=0.5, objective=float(sum(at)),
+            )
+            for at in (corner, *others)
+        ]  # fmt: skip
+        self.coordinator.on_planned(number, Planned(Place(found[0]), tuple(found[1:])))
+
+    def answer(self, *answers):
+        """The arm's answers: codes of refusals, or seconds of motion."""
+        self.coordinator.on_checked(
+            self.asked[0],
+            [Answer(one) if isinstance(one, ErrorCode) else Answer(OK, one) for one in answers],
+        )
 
     def outcome(self, outcome):
-        self.coordinator.on_planned(max(self.situations), outcome)
+        self.coordinator.on_planned(max(self.situations), Planned(outcome))
 
     @property
     def goal_id(self):

@@ -13,6 +13,7 @@ from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode, PlacementStatus, R
 from pack_msgs_py.values import Bin
 from pack_planner.coordinator import BINS_TIMEOUT_S, SILENCE_S
 from pack_planner.decide import Close, Reject, Wait
+from pack_planner.refusals import TRIES_PER_BOX
 from pack_planner.running import ACCEPT_TIMEOUT_S, FORGOTTEN_S, REPORT_TIMEOUT_S
 
 
@@ -65,28 +66,32 @@ def test_a_refusal_that_is_not_about_the_placement_waits_for_new_inputs(rig, cod
     assert rig.take() == []
     rig.bins(replace(EMPTY, revision=3))
     assert rig.take() == [('plan', 2)]
-    assert rig.situations[2].forbidden.zones == {}
+    assert rig.situations[2].forbidden.by_bin == {}
 
 
 @pytest.mark.parametrize(
     'code',
     [ErrorCode.RULE_VIOLATION, ErrorCode.NO_IK_SOLUTION, ErrorCode.DEADLINE_UNREACHABLE],
 )
-def test_a_refused_placement_is_not_offered_again_until_the_bin_changes(rig, code):
+def test_a_refused_placement_is_not_offered_again_and_not_every_one_is_tried(rig, code):
     rig.start('a')
     rig.refuse(code)
     assert rig.take() == [('plan', 2)]
     zones = rig.situations[2].forbidden.refused(box('a'), EMPTY)
     assert [zone.corner_mm for zone in zones] == [(0, 0, 0)]
-    rig.planned('a', (100, 0, 0))
-    rig.refuse(code)
-    assert len(rig.situations[3].forbidden.refused(box('a'), EMPTY)) == 2
-    rig.planned('a', (200, 0, 0))
-    rig.refuse(code)
-    assert rig.situations[4].forbidden(box('a'), EMPTY) is None
-    rig.bins(replace(EMPTY, revision=5))
+    for tries in range(1, TRIES_PER_BOX):
+        assert rig.situations[1 + tries].forbidden(box('a'), EMPTY) is not None
+        rig.planned('a', (100 * tries, 0, 0))
+        rig.refuse(code)
+    last = rig.situations[1 + TRIES_PER_BOX].forbidden
+    assert len(last.refused(box('a'), EMPTY)) == TRIES_PER_BOX
+    assert last(box('a'), EMPTY) is None
+    grown = replace(EMPTY, revision=5)
+    rig.bins(grown)
     rig.planned('b')
-    assert rig.situations[5].forbidden.zones == {}
+    later = rig.situations[max(rig.situations)].forbidden
+    lasting = code is ErrorCode.NO_IK_SOLUTION
+    assert len(later(box('a'), grown)) == (TRIES_PER_BOX if lasting else 0)
 
 
 def test_a_refusal_without_goal_id_is_matched_by_box_and_revision(rig):

@@ -128,9 +128,12 @@ def test_a_refused_box_goes_at_least_ten_centimetres_away(planner):
     assert decision.corner_mm == (100, 0, 0)
 
 
-def test_a_box_refused_three_times_in_an_empty_bin_is_unreachable(planner):
+SIX = [(x, y, 0) for x in (0, 100, 200) for y in (0, 100)]
+
+
+def test_a_box_refused_six_times_in_an_empty_bin_is_unreachable(planner):
     box = Box('a', (100.0, 100.0, 100.0))
-    memory = refused(EMPTY, 'a', (0, 0, 0), (100, 0, 0), (0, 100, 0))
+    memory = refused(EMPTY, 'a', *SIX)
     outcome = planner.decide(situation([box], forbidden=memory.snapshot()))
     assert isinstance(outcome, Reject)
     assert outcome.decision.reject_reason is Reason.UNREACHABLE
@@ -141,7 +144,7 @@ def test_a_box_refused_three_times_in_an_empty_bin_is_unreachable(planner):
 
 def test_when_everything_is_refused_the_fullest_bin_is_closed(planner):
     target = Bin('b', 1, SMALL, (block(100),), revision=2)
-    memory = refused(target, 'a', (0, 0, 100), (100, 0, 100), (0, 100, 100))
+    memory = refused(target, 'a', *((x, y, 100) for x, y, _ in SIX))
     box = Box('a', (100.0, 100.0, 100.0))
     assert planner.decide(situation([box], target, forbidden=memory.snapshot())) == Close(target)
 
@@ -157,9 +160,9 @@ def test_a_refusal_also_holds_in_the_bin_as_virtual_packing_goes_on():
 def test_refusals_are_forgotten_when_the_bin_changes():
     memory = refused(EMPTY, 'a', (0, 0, 0))
     memory.forget_old((EMPTY,))
-    assert memory.snapshot().zones
+    assert memory.snapshot().by_bin
     memory.forget_old((replace(EMPTY, revision=5),))
-    assert not memory.snapshot().zones
+    assert not memory.snapshot().by_bin
 
 
 def test_a_box_comes_to_rest_on_measured_tops_not_on_rounded_ones():

@@ -26,6 +26,7 @@ from pack_msgs_py.validator import validate_bins
 from pack_msgs_py.values import Bin, Box
 from pack_planner.engine import Engine
 from pack_planner.node import PlannerNode
+from pack_planner.refusals import TRIES_PER_BOX
 
 pytestmark = pytest.mark.ros
 
@@ -136,10 +137,10 @@ def test_a_refused_placement_is_followed_by_another_one(domain):
 
 
 def test_a_box_refused_everywhere_in_an_empty_bin_is_rejected_as_unreachable(domain):
-    with cell(domain, boxes(1), script=[ErrorCode.NO_IK_SOLUTION] * 3) as peers:
+    with cell(domain, boxes(1), script=[ErrorCode.NO_IK_SOLUTION] * TRIES_PER_BOX) as peers:
         peers.send_all()
-        peers.announced.wait(4)
-        last = decision(peers.announced.items[3])
+        peers.announced.wait(TRIES_PER_BOX + 1)
+        last = decision(peers.announced.items[TRIES_PER_BOX])
     assert last.reject_reason is Reason.UNREACHABLE and 'box-0' in last.reason
     assert peers.swapped.items == []
 
