@@ -92,16 +92,23 @@ class ArmDriver:
         worst = int((error / _TRACKING).argmax())
         if error[worst] > _TRACKING[worst]:
             self._halt(position)
+            self._check_grasp()
             unit = 'm' if worst == 0 else 'rad'
             msg = (
                 f'{CELL_JOINT_NAMES[worst]} strayed {error[worst]:.3f} {unit} from its path, '
                 f'{_TRACKING[worst]:g} {unit} are allowed; look what is in the way'
             )
             raise Interrupted(ErrorCode.PATH_TOLERANCE_VIOLATED, msg)
+        if self._gripper.slipped() > SLIP_DISTANCE:
+            self._slow_down(timed, index)
+            self._check_grasp()
+
+    def _check_grasp(self) -> None:
+        """:class:`Interrupted` with ``BOX_LOST`` when the box came off the pad."""
         slipped = self._gripper.slipped()
         if slipped > SLIP_DISTANCE:
-            msg = f'box {self._gripper.box_id} came off the pad, {1000 * slipped:.0f} mm'
-            self._slow_down(timed, index)
+            why = self._gripper.lost_because or 'no force on the pad was too much'
+            msg = f'box {self._gripper.box_id} came off the pad, {1000 * slipped:.0f} mm: {why}'
             raise Interrupted(ErrorCode.BOX_LOST, msg)
 
     def _slow_down(self, timed: Trajectory, index: int) -> None:

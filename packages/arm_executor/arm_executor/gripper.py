@@ -1,15 +1,21 @@
 """The suction gripper: a pad that holds what it touches.
 
 Holding is a fixed constraint at the measured relative pose, so that nothing jumps when the pad
-takes hold. Metres, frame `cell`.
+takes hold. What the constraint bears is measured in every step; more than the pad holds breaks it,
+and the box falls. Metres, newtons, frame `cell`.
 """
 
 from __future__ import annotations
 
 import math
+from collections import deque
 
+import numpy as np
 import pybullet
+from numpy.typing import NDArray
 
+from arm_executor.layout import Tool
+from arm_executor.suction import Pad, PadLoad, overload, pad_on
 from arm_executor.world import PhysicsWorld
 from pack_msgs_py.cell_values import Pose
 
@@ -17,17 +23,28 @@ from pack_msgs_py.cell_values import Pose
 SEAL_DISTANCE = 0.002
 #: The box slipped, or the pad let go, when it moved this far under the pad, metres.
 SLIP_DISTANCE = 0.010
+#: The bellows even out what is shorter than this, steps of physics (25 ms).
+_EVEN_OUT = 6
+#: Stronger than any pad: the constraint is to give way by our rule, not by stretching.
+_STIFF_N = 20_000.0
 
 
 class SuctionGripper:
-    """Takes hold of one box at a time in a :class:`PhysicsWorld`."""
+    """Takes hold of one box at a time in a :class:`PhysicsWorld`.
 
-    def __init__(self, world: PhysicsWorld, max_force_n: float = 2000.0) -> None:
+    ``lost_because`` says what broke the hold of the present box, empty while it holds.
+    """
+
+    def __init__(self, world: PhysicsWorld, tool: Tool | None = None) -> None:
         self._world = world
-        self._max_force_n = max_force_n
+        self._tool = tool or Tool()
         self._constraint: int | None = None
         self._grasp: Pose | None = None
+        self._pad: Pad | None = None
+        self._borne: deque[NDArray[np.float64]] = deque(maxlen=_EVEN_OUT)
         self.box_id: str | None = None
+        self.lost_because = ''
+        world.after_step = self._watch
 
     def gap(self, box_id: str) -> float:
         """Distance between pad and box, metres; infinite beyond 5 cm."""
@@ -68,10 +85,11 @@ class SuctionGripper:
             childFrameOrientation=[0, 0, 0, 1],
             physicsClientId=world.client,
         )
-        pybullet.changeConstraint(
-            self._constraint, maxForce=self._max_force_n, physicsClientId=world.client
-        )
+        pybullet.changeConstraint(self._constraint, maxForce=_STIFF_N, physicsClientId=world.client)
         self._filter(body, collide=False)
+        self._pad = pad_on(self._tool, world.boxes[box_id].size)
+        self._borne.clear()
+        self.lost_because = ''
         self.box_id = box_id
         self._grasp = self._relative(box_id)
         return True
@@ -83,13 +101,60 @@ class SuctionGripper:
         now = self._relative(self.box_id).position
         return math.dist(now, self._grasp.position)
 
+    def load(self) -> PadLoad | None:
+        """What the pad bears, evened out; ``None`` while it holds nothing."""
+        if self._constraint is None or self.box_id is None or not self._borne:
+            return None
+        force, torque = np.split(np.mean(self._borne, axis=0), 2)
+        tool = self._world.tool_pose()
+        turn = pybullet.getMatrixFromQuaternion(tool.quaternion)
+        down = np.array([turn[2], turn[5], turn[8]])
+        # The constraint acts at the box's centre of mass; the pad bears that and its lever.
+        number = self._world.boxes[self.box_id].number
+        centre, _ = pybullet.getBasePositionAndOrientation(
+            number, physicsClientId=self._world.client
+        )
+        moment = torque + np.cross(np.subtract(centre, tool.position), force)
+        pull = -float(force @ down)
+        shear = float(np.linalg.norm(force + pull * down))
+        peel = float(np.linalg.norm(moment - (moment @ down) * down))
+        return PadLoad(pull, shear, peel)
+
     def release(self) -> None:
         """Let go; without a box nothing happens."""
+        self._part()
+        self._grasp = self._pad = self.box_id = None
+
+    def _part(self) -> None:
+        """Pad and box go their own ways."""
         if self._constraint is not None:
             pybullet.removeConstraint(self._constraint, physicsClientId=self._world.client)
         if self.box_id is not None and self.box_id in self._world.boxes:
             self._filter(self._world.boxes[self.box_id].number, collide=True)
-        self._constraint = self._grasp = self.box_id = None
+        self._constraint = None
+
+    def _watch(self) -> None:
+        """After each step: measure what the pad bears, and let go when that is too much."""
+        if self._constraint is None or self._pad is None:
+            return
+        borne = pybullet.getConstraintState(self._constraint, physicsClientId=self._world.client)
+        # As the box feels it: forces along the axes of `cell`, torques about those of the box.
+        force, turning = -np.array(borne[:3]), -np.array(borne[3:6])
+        self._borne.append(np.r_[force, self._axes() @ turning])
+        load = self.load()
+        if len(self._borne) < _EVEN_OUT or load is None:
+            return
+        too_much = overload(self._pad, load)
+        if too_much is not None:
+            self.lost_because = too_much
+            self._part()
+
+    def _axes(self) -> NDArray[np.float64]:
+        assert self.box_id is not None
+        _, quaternion = pybullet.getBasePositionAndOrientation(
+            self._world.boxes[self.box_id].number, physicsClientId=self._world.client
+        )
+        return np.array(pybullet.getMatrixFromQuaternion(quaternion)).reshape(3, 3)
 
     def _relative(self, box_id: str) -> Pose:
         tool, box = self._world.tool_pose(), self._world.pose(box_id)

@@ -38,6 +38,7 @@ from arm_executor.robot.parameters import find_arm
 from arm_executor.robot.tree import CELL_JOINT_NAMES
 from arm_executor.run import Interrupted, Run
 from arm_executor.stands import SETTLE_TIMEOUT_S, Stand, Stands
+from arm_executor.suction import check_grip
 from arm_executor.world import STEP_S, PhysicsWorld
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode, Phase
@@ -105,7 +106,7 @@ class PhysicsArm:
             tolerance_mm / 1000, math.radians(angle_tolerance_deg), others_tolerance_mm / 1000
         )
         self.world = PhysicsWorld(arm, self.layout, speed)
-        self.gripper = SuctionGripper(self.world)
+        self.gripper = SuctionGripper(self.world, self.layout.tool)
         self._planning = PlanningWorld(arm, self.layout)
         self._planning.set_block(conveyor_block(self.layout))
         self._planner = MotionPlanner(
@@ -152,6 +153,7 @@ class PhysicsArm:
         if self.gripper.box_id is not None:
             msg = f'the arm still holds box {self.gripper.box_id}; return it to the belt first'
             raise MotionError(ErrorCode.START_STATE_INVALID, msg)
+        check_grip(self.layout.tool, request.box)
         start, site = self._driver.commanded, self._stands.site(stand)
         motion = self._planner.plan(request, start, site)
         return MotionPlan(request, motion.duration, time.perf_counter() - begun, motion)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import time
 import zlib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,7 +62,8 @@ class Body:
 class PhysicsWorld:
     """One physics client with the arm, the fixed parts of the cell and boxes by id.
 
-    ``speed`` paces the steps: 1 is real time, 0 as fast as possible.
+    ``speed`` paces the steps: 1 is real time, 0 as fast as possible. ``after_step`` is called after
+    each of them.
     """
 
     def __init__(self, arm: ArmModel, layout: Layout, speed: float = 0.0) -> None:
@@ -72,6 +73,7 @@ class PhysicsWorld:
         self._parts: dict[str, list[int]] = {}
         self.boxes: dict[str, Body] = {}
         self.elapsed_s = 0.0
+        self.after_step: Callable[[], None] | None = None
         client = self.client
         pybullet.setGravity(0, 0, -9.81, physicsClientId=client)
         pybullet.setPhysicsEngineParameter(
@@ -157,6 +159,8 @@ class PhysicsWorld:
         """Advance by ``count`` steps, at the pace of ``speed``."""
         for _ in range(count):
             pybullet.stepSimulation(physicsClientId=self.client)
+            if self.after_step is not None:
+                self.after_step()
         self.elapsed_s += count * STEP_S
         if self._speed > 0:
             now = time.monotonic()

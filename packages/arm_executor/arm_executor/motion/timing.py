@@ -21,6 +21,7 @@ from toppra import algorithm, constraint
 from arm_executor.layout import Layout
 from arm_executor.robot.parameters import ArmModel
 from arm_executor.robot.urdf import cell_urdf
+from arm_executor.suction import LEAST_ACCELERATION, tool_acceleration_limit
 from pack_msgs_py.values import Vec3
 
 Array = NDArray[np.float64]
@@ -96,6 +97,7 @@ class Timing:
 
     def __init__(self, arm: ArmModel, layout: Layout, limits: MotionLimits) -> None:
         self.limits = limits
+        self._tool = layout.tool
         self._model = pinocchio.buildModelFromXML(cell_urdf(arm, layout))
         self._loaded: OrderedDict[Load | None, _Loaded] = OrderedDict()
         rail = layout.rail
@@ -173,13 +175,23 @@ class Timing:
                 # Pinocchio 2, which goes with Jazzy's NumPy 1, has the older name only.
                 joint = frame.parentJoint if hasattr(frame, 'parentJoint') else frame.parent
                 model.inertias[joint] += frame.placement.act(_inertia(load))
-            self._loaded[load] = _Loaded(model, self._constraints(model, load is not None))
+            self._loaded[load] = _Loaded(model, self._constraints(model, load))
             if len(self._loaded) > _KEPT_LOADS:
                 self._loaded.popitem(last=False)
         self._loaded.move_to_end(load)
         return self._loaded[load]
 
-    def _constraints(self, model: pinocchio.Model, carrying: bool) -> list[constraint.Constraint]:
+    def _tool_acceleration(self, load: Load | None) -> float:
+        """What the pad may do, empty or with ``load`` on it, m/s2."""
+        most = self.limits.tool_acceleration
+        if load is None:
+            return most * self.limits.empty_tool_factor
+        held = tool_acceleration_limit(self._tool, load.mass, load.size, load.com_offset)
+        return min(most, max(held, LEAST_ACCELERATION))
+
+    def _constraints(
+        self, model: pinocchio.Model, load: Load | None
+    ) -> list[constraint.Constraint]:
         data = model.createData()
         frame = model.getFrameId('tcp')
 
@@ -194,8 +206,7 @@ class Timing:
             ).linear
             return result
 
-        factor = 1.0 if carrying else self.limits.empty_tool_factor
-        directions, bounds = _tool_polytope(self.limits.tool_acceleration * factor)
+        directions, bounds = _tool_polytope(self._tool_acceleration(load))
         return [
             constraint.JointVelocityConstraint(_both_ways(self.max_speed)),
             constraint.JointAccelerationConstraint(_both_ways(self.max_acceleration)),
