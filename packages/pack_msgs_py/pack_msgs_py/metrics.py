@@ -17,11 +17,12 @@ def mean_fill_percent(bins: Iterable[Bin]) -> float | None:
 def fill_metrics(closed: Sequence[Bin], still_open: Sequence[Bin]) -> dict[str, float | None]:
     """The three fill rates in percent.
 
-    ``fill_closed`` : mean over closed bins (the paper's).
+    ``fill_closed`` : mean over closed bins (the paper's); an empty one does not count.
     ``fill_all`` : mean over all bins that hold a box, closed or not.
     ``fill_first_failure`` : fill of the bin that was closed first, when for the first time no box
     of the look-ahead fitted (the learning papers' single-bin measure).
     """
+    closed = [one for one in closed if one.boxes]
     used = [one for one in (*closed, *still_open) if one.boxes]
     return {
         'fill_closed': mean_fill_percent(closed),

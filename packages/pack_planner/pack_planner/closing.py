@@ -17,16 +17,25 @@ def bin_to_close(
 ) -> Bin | None:
     """The bin to close for ``boxes``, or ``None`` when all that they may enter are empty.
 
+    When no bin serves any of their destinations, the one that goes makes room for one that does: an
+    empty one first, so that nothing is closed for it. Boxes without a destination have no claim.
+
     ``fullest`` : highest fill rate (Ojha et al., section III-A.2).
     ``oldest`` : the one that was opened first.
     ``least_useful`` : where the least volume of the boxes to come would still fit, one by one. The
     last boxes that were placed, up to eight of each open bin, stand for these: they come from the
     same stream, and every planner that sees the same bins sees the same sample.
 
-    Equal ones go by fill rate, then the older first. An empty bin is never closed, nor one that
-    serves another destination than any of ``boxes``.
+    Equal ones go by fill rate, then the older first. Else an empty bin is never closed, nor one
+    that serves another destination than any of ``boxes``.
     """
-    used = [one for one in bins if one.boxes and any(may_enter(b, one.destination) for b in boxes)]
+    serving = [one for one in bins if any(may_enter(box, one.destination) for box in boxes)]
+    empty = next((one for one in bins if not one.boxes), None)
+    if not serving and not any(box.destination for box in boxes):
+        return None
+    if not serving and empty is not None:
+        return empty
+    used = [one for one in serving or bins if one.boxes]
     if not used:
         return None
     if rule == 'oldest':
@@ -38,6 +47,20 @@ def bin_to_close(
             key=lambda one: (_still_fits(engine, sample, one), -one.fill_rate, one.serial),
         )
     return max(used, key=lambda one: (one.fill_rate, -one.serial))
+
+
+def next_destination(closed: Bin, boxes: Sequence[Box], left: Sequence[Bin]) -> str:
+    """Whom the bin that takes the place of ``closed`` serves; ``left`` are the other open ones.
+
+    The first of ``boxes``, in the order of the belt, that may enter none of ``left``; without such
+    a box the same as before. A bin for any destination stays one.
+    """
+    if not closed.destination:
+        return ''
+    for box in boxes:
+        if box.destination and not any(may_enter(box, one.destination) for one in left):
+            return box.destination
+    return closed.destination
 
 
 def _still_fits(engine: Engine, sample: Sequence[Box], target: Bin) -> float:

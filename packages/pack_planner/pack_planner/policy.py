@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from pack_msgs_py.profiles import Profile
+from pack_msgs_py.rules import may_enter
 from pack_msgs_py.values import Bin, Box
 from pack_planner.algorithms import Choice, Problem, find_algorithm
 from pack_planner.algorithms.base import Memory
@@ -53,12 +54,16 @@ def next_step(
 ) -> Choice | Bin | None:
     """The placement to make, else the bin to close, else ``None``: every bin is empty.
 
-    Boxes that have been passed over as often as they may are the only ones on offer; see
+    Boxes that no open bin serves wait, without blocking the others, until a bin is closed.
+    Those that have been passed over as often as they may are the only ones on offer; see
     :func:`due`. When no bin could be closed, a box is placed without constraints for efficient
     packing rather than not at all.
     """
     options = settings.options
-    boxes = due(situation.boxes, situation.passed_over, options.max_passed_over)
+    served = _served(situation)
+    if not served.boxes:
+        return bin_to_close(options.closing, engine, situation.boxes, situation.bins)
+    boxes = due(served.boxes, served.passed_over, options.max_passed_over)
     models = tuple(engine.model(one) for one in situation.bins)
 
     def choose(*, cep: bool) -> Choice | None:
@@ -77,6 +82,16 @@ def next_step(
     if closing is None and options.cep:
         return choose(cep=False)
     return closing
+
+
+def _served(situation: Situation) -> Situation:
+    """The same without the boxes that may enter none of the open bins."""
+    destinations = {one.destination for one in situation.bins}
+    boxes, counts = situation.boxes, situation.passed_over
+    chosen = [i for i, box in enumerate(boxes) if any(may_enter(box, d) for d in destinations)]
+    if len(counts) == len(boxes):
+        counts = tuple(counts[i] for i in chosen)
+    return replace(situation, boxes=tuple(boxes[i] for i in chosen), passed_over=counts)
 
 
 def due(boxes: tuple[Box, ...], passed_over: Sequence[int], limit: int) -> tuple[Box, ...]:

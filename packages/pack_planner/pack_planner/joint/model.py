@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 
 from pack_msgs_py.orientation import allowed_orientations
 from pack_msgs_py.profiles import planned_size
+from pack_msgs_py.rules import may_enter
 from pack_msgs_py.values import Box, Int3, PlacedBox
 from pack_planner.engine import BinModel, Candidate, Engine
 from pack_planner.engine.engine import REFUSED_RADIUS_MM, Forbidden
@@ -72,6 +73,7 @@ class JointModel:
             for j, model in enumerate(self.bins)
             if not model.blocked
             and self.forbidden(box, model.source) is not None
+            and may_enter(box, model.source.destination)
             and (profile.max_payload_kg is None or box.weight_kg <= profile.max_payload_kg)
         }
         turns = {name: f.boolean() for name in allowed_orientations(box, profile.orientations)}

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from pack_msgs_py.orientation import ORIENTATIONS, allowed_orientations
 from pack_msgs_py.profiles import planned_size
-from pack_msgs_py.rules import violations
+from pack_msgs_py.rules import may_enter, violations
 from pack_msgs_py.values import Box, PlacedBox
 from pack_planner.engine import BinModel, Candidate, Engine
 from pack_planner.engine.engine import REFUSED_RADIUS_MM, Forbidden
@@ -93,12 +93,16 @@ def turns_of(box: Box, engine: Engine) -> Turns:
     )
 
 
-def takes_weight(box: Box, model: BinModel, engine: Engine) -> bool:
-    """Whether arm and bin carry ``box``."""
+def admits(box: Box, model: BinModel, engine: Engine) -> bool:
+    """Whether ``box`` is bound for this bin, and arm and bin carry it."""
     profile = engine.profile
-    return (profile.max_payload_kg is None or box.weight_kg <= profile.max_payload_kg) and (
-        profile.max_bin_weight_kg is None
-        or model.source.weight_kg + box.weight_kg <= profile.max_bin_weight_kg
+    return (
+        may_enter(box, model.source.destination)
+        and (profile.max_payload_kg is None or box.weight_kg <= profile.max_payload_kg)
+        and (
+            profile.max_bin_weight_kg is None
+            or model.source.weight_kg + box.weight_kg <= profile.max_bin_weight_kg
+        )
     )
 
 
@@ -113,7 +117,9 @@ def joint_violations(
         if bins[index].blocked:
             broken.append(bins[index].blocked)
         spec = bins[index].source.spec
-        broken += [str(one) for one in violations(placed, boxes[index], spec, engine.profile)]
+        destination = bins[index].source.destination
+        found = violations(placed, boxes[index], spec, engine.profile, destination)
+        broken += [str(one) for one in found]
         boxes[index].append(placed)
     return broken
 
@@ -305,7 +311,7 @@ class JointSearch:
             if (
                 forbidden(box, model.source) is None
                 or model.blocked
-                or not takes_weight(box, model, self._engine)
+                or not admits(box, model, self._engine)
             ):
                 continue
             which = np.full((len(turns.numbers), 1), i)

@@ -1,0 +1,110 @@
+"""Bins that serve one destination: who may go where, what is closed, what is opened instead."""
+
+from __future__ import annotations
+
+import pytest
+from planner_cases import SMALL
+
+from pack_msgs_py.profiles import PROFILES
+from pack_msgs_py.validator import with_box
+from pack_msgs_py.values import Bin, Box
+from pack_planner.algorithms import ALGORITHMS, Choice, Problem, find_algorithm
+from pack_planner.closing import bin_to_close, next_destination
+from pack_planner.engine import Engine
+from pack_planner.policy import Settings, Situation, next_step
+
+PAPER = PROFILES['paper']
+ENGINE = Engine(PAPER)
+
+
+def parcel(name, destination='', edge=100.0):
+    return Box(name, (edge, edge, edge), destination=destination)
+
+
+def bins(*destinations):
+    return tuple(
+        Bin(f'bin-{number}', number, SMALL, destination=destination)
+        for number, destination in enumerate(destinations, start=1)
+    )
+
+
+def filled(target, *boxes):
+    for box in boxes:
+        found = ENGINE.best_placement(box, [ENGINE.model(target)])
+        target = with_box(target, found.placed)
+    return target
+
+
+def step(algorithm, boxes, open_bins, **changes):
+    settings = Settings(algorithm, PAPER, **changes)
+    return next_step(settings, ENGINE, Situation(tuple(boxes), open_bins))
+
+
+@pytest.mark.parametrize('algorithm', ALGORITHMS)
+def test_every_algorithm_puts_a_box_only_into_a_bin_of_its_destination(algorithm):
+    open_bins = bins('north', 'south')
+    for destination, index in (('south', 1), ('north', 0)):
+        choice = step(algorithm, [parcel('a', destination)], open_bins, node_limit=500)
+        assert choice.candidate.bin_index == index
+    models = tuple(ENGINE.model(one) for one in open_bins)
+    problem = Problem(ENGINE, (parcel('a', 'east'),), models)
+    assert find_algorithm(algorithm)(problem) is None
+
+
+@pytest.mark.parametrize('backend', ['search', 'cp_sat', 'milp'])
+@pytest.mark.parametrize('algorithm', ['mpack_lite', 'mpack'])
+def test_every_backend_keeps_to_destinations(algorithm, backend):
+    boxes = [parcel('a', 'south', 200.0), parcel('b', 'north'), parcel('c', 'south')]
+    choice = step(algorithm, boxes, bins('north', 'south'), backend=backend, budget_s=30.0)
+    wanted = {'north': 0, 'south': 1}[choice.candidate.placed.box.destination]
+    assert choice.candidate.bin_index == wanted
+
+
+@pytest.mark.parametrize('algorithm', ['first_fit', 'mpack_lite'])
+def test_a_box_without_an_open_bin_does_not_block_the_others(algorithm):
+    boxes = [parcel('waits', 'east'), parcel('goes', 'south')]
+    choice = step(algorithm, boxes, bins('north', 'south'))
+    assert isinstance(choice, Choice) and choice.candidate.placed.box.id == 'goes'
+
+
+def test_when_no_box_has_an_open_bin_the_fullest_is_closed_for_the_first_of_them():
+    north, south = bins('north', 'south')
+    open_bins = (filled(north, parcel('n', 'north')), filled(south, parcel('s', 'south', 200.0)))
+    waiting = [parcel('a', 'east'), parcel('b', 'west')]
+    closed = step('first_fit', waiting, open_bins)
+    assert closed.id == south.id
+    assert next_destination(closed, waiting, open_bins[:1]) == 'east'
+
+
+def test_an_empty_bin_changes_its_destination_before_a_used_one_is_closed():
+    north, south = bins('north', 'south')
+    open_bins = (filled(north, parcel('n', 'north')), south)
+    assert step('first_fit', [parcel('a', 'east')], open_bins) == south
+
+
+def test_only_a_bin_that_would_help_is_closed():
+    north, south = bins('north', 'south')
+    fuller = filled(south, parcel('s', 'south', 300.0))
+    open_bins = (filled(north, parcel('n', 'north')), fuller)
+    wanted = bin_to_close('fullest', ENGINE, [parcel('a', 'north')], open_bins)
+    assert wanted == open_bins[0]
+    assert next_destination(wanted, [parcel('a', 'north')], (fuller,)) == 'north'
+    assert next_destination(wanted, [], (fuller,)) == 'north'
+
+
+def test_a_bin_for_any_destination_takes_all_and_stays_one():
+    (pool,) = bins('')
+    choice = step('mpack_lite', [parcel('a', 'north'), parcel('b')], (pool,))
+    assert isinstance(choice, Choice)
+    assert next_destination(pool, [parcel('a', 'north')], ()) == ''
+
+
+def test_a_box_without_a_destination_does_not_enter_a_dedicated_bin():
+    north, pool = bins('north', '')
+    used = filled(north, parcel('n', 'north'))
+    assert step('mpack_lite', [parcel('a')], (used,)) is None
+    assert step('mpack_lite', [parcel('a')], (used, pool)).candidate.bin_index == 1
+
+
+def test_nothing_on_the_belt_closes_nothing():
+    assert step('first_fit', [], bins('north')) is None
