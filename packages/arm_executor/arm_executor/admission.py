@@ -6,7 +6,7 @@ Pure functions of what is known at that moment; the first reason that applies is
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 from arm_executor.bins import BookState
@@ -16,7 +16,7 @@ from pack_msgs_py.checks import InvalidValue, check_finite, check_frame, check_p
 from pack_msgs_py.codes import ErrorCode, Mode, PlacementStatus
 from pack_msgs_py.orientation import ORIENTATIONS, oriented_size
 from pack_msgs_py.profiles import Profile
-from pack_msgs_py.rules import violations
+from pack_msgs_py.rules import supporters, violations
 from pack_msgs_py.values import Bin, Box, PlacedBox, Vec3, check_box, frame_name
 
 CELL_FRAME = 'cell'
@@ -199,7 +199,7 @@ def _rules(decision: Decision, target: Bin, profile: Profile) -> Iterator[Refusa
     placed = placed_of(decision)
     found = violations(placed, target.boxes, target.spec, profile, target.destination)
     broken = [str(one) for one in found]
-    broken += commanded_pose_errors(placed, decision.target, profile)
+    broken += commanded_pose_errors(placed, decision.target, profile, target.boxes)
     if broken:
         yield Refusal(ErrorCode.RULE_VIOLATION, '; '.join(broken))
 
@@ -212,8 +212,14 @@ def _in_time(goal: Goal, now_s: float) -> Iterator[Refusal]:
         )
 
 
-def commanded_pose_errors(placed: PlacedBox, target: Pose, profile: Profile) -> list[str]:
-    """How ``target`` (bin frame) contradicts the corner, size and orientation of ``placed``."""
+def commanded_pose_errors(
+    placed: PlacedBox, target: Pose, profile: Profile, others: Sequence[PlacedBox] = ()
+) -> list[str]:
+    """How ``target`` (bin frame) contradicts the corner, size and orientation of ``placed``.
+
+    A stack of boxes stands a little higher or lower than planned: the base may also be where the
+    tops of those of ``others`` that carry the box were measured.
+    """
     errors = []
     true_size = oriented_size(placed.box.size_mm, placed.orientation)
     planned: Vec3 = (
@@ -222,8 +228,12 @@ def commanded_pose_errors(placed: PlacedBox, target: Pose, profile: Profile) -> 
         placed.corner_mm[2] + true_size[2] / 2,
     )
     steps = (profile.resolution_mm, profile.resolution_mm, profile.resolution_z_mm)
+    below = supporters(placed, others, profile.support_tolerance_mm)
+    sunk = [_measured_top_mm(other) - placed.corner_mm[2] for other in below]
     for axis, wanted, metres, step in zip('xyz', planned, target.position, steps, strict=True):
-        if abs(1e3 * metres - wanted) > step + 1e-6:
+        off = 1e3 * metres - wanted
+        low, high = (min(0.0, *sunk), max(0.0, *sunk)) if axis == 'z' and sunk else (0.0, 0.0)
+        if not low - step - 1e-6 <= off <= high + step + 1e-6:
             errors.append(
                 f'pose.{axis} is {1e3 * metres:.1f} mm where corner, size and orientation '
                 f'put the centre at {wanted:.1f} mm, more than {step} mm away'
@@ -235,6 +245,13 @@ def commanded_pose_errors(placed: PlacedBox, target: Pose, profile: Profile) -> 
             f'orientation {placed.orientation!r}'
         )
     return errors
+
+
+def _measured_top_mm(placed: PlacedBox) -> float:
+    if placed.measured_mm is None:
+        return float(placed.top_mm)
+    height = oriented_size(placed.box.size_mm, placed.orientation)[2]
+    return placed.measured_mm[2] + height / 2
 
 
 def orientation_error(quaternion: Quaternion, orientation: str) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from arm_executor.arm import Arm
 from arm_executor.layout import Layout
 from arm_executor.timed_arm import TimedArm
+from arm_executor.truth import Truth
 
 ARMS = ('physics', 'timed')
 
@@ -17,6 +18,7 @@ def make_arm(
     speed: float = 1.0,
     tolerance_mm: float = 5.0,
     angle_tolerance_deg: float = 2.0,
+    truth: Truth | None = None,
 ) -> Arm:
     """The arm called ``kind``.
 
@@ -26,9 +28,10 @@ def make_arm(
     robot : name of the robot model, for ``'physics'``.
     speed : robot seconds per wall-clock second; 0 is as fast as the machine can.
     tolerance_mm, angle_tolerance_deg : how far off a box may rest, for ``'physics'``.
+    truth : what the boxes really are; without it they are as scanned.
     """
     if kind == 'timed':
-        return TimedArm(layout, speed=speed)
+        return TimedArm(layout, speed=speed, truth=truth)
     if kind == 'physics':
         # Only here, so that everything else runs without PyBullet.
         from arm_executor.physics_arm import PhysicsArm

@@ -7,7 +7,7 @@
 - service `~/pause` (SetBool), `~/reset` (Trigger)
 - publishes `bin_state`, `bin_closed`, `box_event`, `placement_report`, `executor_state` (10 Hz),
   `joint_states` (20 Hz while moving), `/diagnostics` (1 Hz)
-- subscribes to `box_scan`
+- subscribes to `box_scan`, and for the simulated arms to `true_boxes` (BoxScan)
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import os
 import queue
 import sys
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import rclpy
@@ -39,6 +40,7 @@ from arm_executor.nodes.messages import (
     candidate,
     feedback_to_ros,
     goal_from_ros,
+    true_boxes_from_ros,
     unusable_goal,
 )
 from arm_executor.nodes.publishers import Publishers
@@ -55,6 +57,7 @@ from arm_executor.outputs import (
 )
 from arm_executor.records import configuration
 from arm_executor.settings import Parameters, settings_from
+from arm_executor.truth import Truth
 from pack_msgs.action import PlaceBox
 from pack_msgs.msg import BoxScan, PlacementCheck
 from pack_msgs.srv import CheckPlacements, SwapBin
@@ -74,7 +77,7 @@ RESULT_TIMEOUT_S = 60
 ArmFactory = Callable[[Parameters, Layout], Arm]
 
 
-def arm_from(parameters: Parameters, layout: Layout) -> Arm:
+def arm_from(parameters: Parameters, layout: Layout, truth: Truth) -> Arm:
     """The arm that the parameters ask for."""
     return make_arm(
         parameters.arm,
@@ -83,6 +86,7 @@ def arm_from(parameters: Parameters, layout: Layout) -> Arm:
         speed=parameters.speed,
         tolerance_mm=parameters.tolerance_mm,
         angle_tolerance_deg=parameters.angle_tolerance_deg,
+        truth=truth,
     )
 
 
@@ -98,7 +102,7 @@ class ArmExecutor(Node):
     def __init__(
         self,
         *,
-        arm_factory: ArmFactory = arm_from,
+        arm_factory: ArmFactory | None = None,
         **node_arguments: Any,  # noqa: ANN401 - handed on to rclpy
     ) -> None:
         super().__init__('arm_executor', **node_arguments)
@@ -113,10 +117,13 @@ class ArmExecutor(Node):
         check_layout(self._layout, dict.fromkeys(STATIONS[: parameters.open_bins], spec))
         self._journal = Journal(parameters.state_dir, configuration(spec, settings.profile))
         self._book = BinBook(self._journal, spec, parameters.open_bins, self._now_s)
+        # What is in the bins outlives a restart only where a world is rebuilt from it.
+        self._truth = Truth(parameters.state_dir if parameters.arm == 'physics' else '')
+        make = arm_factory or partial(arm_from, truth=self._truth)
         self._core = ExecutorCore(
             self._book,
             settings,
-            lambda: arm_factory(parameters, self._layout),
+            lambda: make(parameters, self._layout),
             self._emit,
             wall=self._now_s,
         )
@@ -127,6 +134,7 @@ class ArmExecutor(Node):
 
     def _make_interfaces(self) -> None:
         self.create_subscription(BoxScan, 'box_scan', self._on_scan, qos.TOPICS['box_scan'])
+        self.create_subscription(BoxScan, 'true_boxes', self._on_truth, qos.TOPICS['true_boxes'])
         self.create_service(SwapBin, 'swap_bin', self._swap_bin)
         self.create_service(SetBool, '~/pause', self._pause)
         # These wait for the arm's thread. In the node's own group, which lets one callback in at
@@ -262,6 +270,12 @@ class ArmExecutor(Node):
         for text in errors:
             self.get_logger().warning(text, throttle_duration_sec=5.0)
         self._core.on_scan(scan)
+
+    def _on_truth(self, msg: BoxScan) -> None:
+        try:
+            self._truth.update(true_boxes_from_ros(msg))
+        except ValueError as error:
+            self.get_logger().warning(f'true_boxes ignored: {error}', throttle_duration_sec=5.0)
 
     # -- what the core says ---------------------------------------------------------------------
 

@@ -21,6 +21,11 @@ from pack_msgs_py.values import Bin
 
 #: A box that the belt holds this far from where the goal says cannot be grasped by its plan.
 PICK_TOLERANCE_M = 0.02
+#: Why a box goes back to the belt, when it is not because a motion failed.
+_WHY_RETURNED = {
+    ErrorCode.CANCELED: Reason.OPERATOR,
+    ErrorCode.BOX_MISMATCH: Reason.INVALID_DATA,
+}
 #: Progress is told at each new phase, and then at each further share of the whole.
 PROGRESS_STEP = 0.05
 
@@ -178,7 +183,7 @@ class Placing:
             return self._report(tools, result.code, result.message, result)
         text = result.message or f'the motion ended with {result.code.name}'
         if tools.arm.return_to_belt():
-            reason = Reason.OPERATOR if result.code is ErrorCode.CANCELED else Reason.FAULT
+            reason = _WHY_RETURNED.get(result.code, Reason.FAULT)
             tools.emit(Happened(tools.book.returned(reason, text)))
             return self._report(tools, result.code, text, result)
         if tools.arm.holds() is None:

@@ -41,6 +41,14 @@ class Parameters:
         choices=('', *ORIENTATION_RULES),
         read_only=True,
     )
+    size_sigmas: float = parameter(
+        -1.0,
+        'Standard deviations of the measured size that a placement keeps free, like the planner; '
+        "-1 for the profile's own.",
+        low=-1.0,
+        high=10.0,
+        read_only=True,
+    )
     speed: float = parameter(
         1.0,
         'Robot seconds per wall-clock second; 0 is as fast as the machine can.',
@@ -97,6 +105,8 @@ def settings_from(parameters: Parameters) -> Settings:
     profile = PROFILES[parameters.profile]
     if parameters.orientations:
         profile = replace(profile, orientations=parameters.orientations)
+    if parameters.size_sigmas >= 0:
+        profile = replace(profile, size_sigmas=parameters.size_sigmas)
     return Settings(
         profile=profile,
         tolerance=Tolerance(

@@ -1,7 +1,7 @@
 """An arm without physics: it only spends the time that the motion would take.
 
-For soaks, planner studies and tests. Every box comes to rest exactly where it should, unless a
-fault is asked for.
+For soaks, planner studies and tests. Every box comes to rest exactly where it should, unless it
+is not what was scanned, or a fault is asked for.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from arm_executor.arm import (
     PlaceRequest,
 )
 from arm_executor.layout import Layout, bin_frame
+from arm_executor.truth import Truth, mismatch, missed_by_pad, true_rest
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode, Phase
 from pack_msgs_py.values import Bin
@@ -119,6 +120,7 @@ class TimedArm:
         ``PATH_TOLERANCE_VIOLATED`` and ``PROTECTIVE_STOP`` in the transfer;
         ``PLACED_OUT_OF_TOLERANCE`` and ``OTHERS_DISTURBED`` shift a box by 20 mm;
         ``DEADLINE_MISSED`` makes the motion 60 s longer than predicted; ``UNKNOWN`` raises.
+    truth : what the boxes really are; without it they are as scanned.
     """
 
     def __init__(
@@ -127,7 +129,9 @@ class TimedArm:
         *,
         speed: float = 1.0,
         faults: Mapping[str, ErrorCode] | None = None,
+        truth: Truth | None = None,
     ) -> None:
+        self._truth = truth or Truth()
         self._layout = layout or Layout()
         self._speed = speed
         self._faults = {} if faults is None else faults
@@ -138,6 +142,7 @@ class TimedArm:
     def set_bins(self, bins: Sequence[Bin], poses: Mapping[str, Pose]) -> dict[str, Pose]:
         """Every box stays where ``poses`` says."""
         self._bins = {one.station: one for one in bins}
+        self._truth.keep({placed.box.id for one in bins for placed in one.boxes})
         self._contents = {
             one.station: {placed.box.id: poses[placed.box.id] for placed in one.boxes}
             for one in bins
@@ -167,6 +172,7 @@ class TimedArm:
             msg = f'box {box_id!r}: the arm fails, as asked for'
             raise RuntimeError(msg)
         spent: dict[Phase, float] = {}
+        true = self._truth.find(box_id)
         released = False
         for phase, duration in plan.detail.items():
             if phase is Phase.RELEASING:
@@ -174,10 +180,15 @@ class TimedArm:
             if not self._spend(phase, duration, spent, plan.predicted_s, hooks, stop):
                 return _ended(ErrorCode.CANCELED, f'stopped while {phase.name.lower()}', spent)
             if phase is Phase.GRASPING:
-                if fault is ErrorCode.GRASP_FAILED:
-                    return _ended(fault, f'no vacuum on box {box_id!r}', spent)
+                missed = true is not None and missed_by_pad(request.pick, true)
+                if missed or fault is ErrorCode.GRASP_FAILED:
+                    return _ended(ErrorCode.GRASP_FAILED, f'no vacuum on box {box_id!r}', spent)
                 self._held = box_id
+                self._truth.picked(box_id)
                 hooks.picked()
+                wrong = '' if true is None else mismatch(request.box, true.box)
+                if wrong:
+                    return _ended(ErrorCode.BOX_MISMATCH, wrong, spent)
             elif phase is Phase.TRANSFERRING and fault in _IN_TRANSFER:
                 if fault is ErrorCode.BOX_LOST:
                     self._held = None
@@ -225,7 +236,8 @@ class TimedArm:
     ) -> MotionResult:
         contents = self._contents[request.station]
         moved, code = 0.0, ErrorCode.NONE
-        measured = request.target
+        true = self._truth.find(request.box.id)
+        measured = request.target if true is None else true_rest(request, true)
         if fault is ErrorCode.PLACED_OUT_OF_TOLERANCE:
             measured, code = _shifted(measured), fault
         elif fault is ErrorCode.OTHERS_DISTURBED and contents:

@@ -46,6 +46,7 @@ HEARTBEAT = QoSProfile(
 
 TOPICS: dict[str, QoSProfile] = {
     'box_scan': STATE,
+    'true_boxes': STATE,
     'bin_state': STATE,
     'bin_closed': EVENTS,
     'placements': EVENTS,

@@ -9,7 +9,9 @@ from arm_executor.admission import CELL_FRAME, Goal
 from arm_executor.bins import BookState
 from arm_executor.core import Status
 from arm_executor.outputs import Progress
+from arm_executor.truth import TrueBox
 from pack_msgs.action import PlaceBox
+from pack_msgs.msg import BoxScan
 from pack_msgs_py import conversions
 from pack_msgs_py.cell_values import Decision, Pose
 from pack_msgs_py.codes import Mode
@@ -55,6 +57,12 @@ def unusable_goal(msg: PlaceBox.Goal, goal_id: bytes) -> Goal:
 def candidate(decision: Decision, frame_id: str, pick: Pose) -> Goal:
     """A candidate of check_placements as a goal without deadline."""
     return Goal(decision, frame_id, pick, CELL_FRAME, 0.0)
+
+
+def true_boxes_from_ros(msg: BoxScan) -> list[TrueBox]:
+    """What the conveyor says of the boxes as they really are."""
+    scan, _ = conversions.scan_from_ros(msg)
+    return [TrueBox(item.box, item.pose) for item in scan.boxes]
 
 
 def feedback_to_ros(progress: Progress) -> PlaceBox.Feedback:

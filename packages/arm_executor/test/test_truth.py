@@ -1,0 +1,124 @@
+"""Boxes that are not what was scanned: how the timed arm meets them, and what it remembers."""
+
+from __future__ import annotations
+
+import math
+import threading
+from dataclasses import replace
+
+import pytest
+from executor_cases import LAYOUT, LDC, make_box, make_decision, pick_of
+
+from arm_executor.admission import commanded_pose_errors
+from arm_executor.arm import MotionHooks, PlaceRequest
+from arm_executor.records import placed_of
+from arm_executor.timed_arm import TimedArm
+from arm_executor.truth import TrueBox, Truth, mismatch
+from pack_msgs_py.cell_values import Pose
+from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.profiles import PROFILES
+from pack_msgs_py.values import Bin
+
+BOX = make_box()
+
+
+def true_box(size_mm=BOX.size_mm, *, weight_kg=BOX.weight_kg, aside_m=0.0, yaw=0.0):
+    box = replace(BOX, size_mm=size_mm, weight_kg=weight_kg)
+    x, y, z = pick_of(box).position
+    return TrueBox(box, Pose((x + aside_m, y, z), (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))))
+
+
+def place(true, orientation='xyz'):
+    """Place BOX while it really is ``true``; the result, and whether it was picked."""
+    truth, steps = Truth(), []
+    truth.update([true])
+    arm = TimedArm(LAYOUT, speed=0.0, truth=truth)
+    arm.set_bins([Bin('LDC-1', 1, LDC)], {})
+    target = make_decision(BOX, orientation=orientation).target
+    request = PlaceRequest(BOX, pick_of(BOX), 'A', target)
+    hooks = MotionHooks(
+        phase=lambda *_: None,
+        picked=lambda: steps.append('picked'),
+        releasing=lambda: None,
+        released=lambda: None,
+    )
+    return arm.execute(arm.plan(request), hooks, threading.Event()), 'picked' in steps, arm
+
+
+def test_a_box_that_is_as_scanned_rests_where_it_should():
+    result, picked, _ = place(true_box())
+    assert (result.code, picked) == (ErrorCode.NONE, True)
+    assert result.measured == make_decision(BOX).target
+
+
+def test_the_base_of_a_higher_box_and_the_front_of_a_deeper_one_are_where_they_were_seen():
+    target = make_decision(BOX).target
+    x, y, z = BOX.size_mm
+    result, _, _ = place(true_box((x, y + 4.0, z + 6.0)))
+    off = [1e3 * (a - b) for a, b in zip(result.measured.position, target.position, strict=True)]
+    assert off == pytest.approx([0.0, 2.0, 3.0])
+
+
+def test_what_lay_askew_on_the_belt_rests_askew_and_turned_with_the_box():
+    target = make_decision(BOX, orientation='yxz').target
+    x, y, z = BOX.size_mm
+    result, _, _ = place(true_box((x, y + 4.0, z), yaw=0.01), orientation='yxz')
+    off = [1e3 * (a - b) for a, b in zip(result.measured.position, target.position, strict=True)]
+    assert [abs(one) for one in off] == pytest.approx([2.0, 0.0, 0.0], abs=1e-9)
+    dot = sum(a * b for a, b in zip(result.measured.quaternion, target.quaternion, strict=True))
+    assert 2 * math.acos(min(1.0, abs(dot))) == pytest.approx(0.01)
+
+
+def test_a_pad_that_finds_no_box_gets_no_vacuum():
+    result, picked, arm = place(true_box(aside_m=0.6))
+    assert (result.code, picked, arm.holds()) == (ErrorCode.GRASP_FAILED, False, None)
+
+
+@pytest.mark.parametrize(
+    ('true', 'words'),
+    [
+        (true_box(weight_kg=1.2), 'weighs 1.20 kg in the gripper, the scan says 3.00 kg'),
+        (true_box((220.0, 196.0, 150.0)), 'measures 220 mm along x in the gripper'),
+    ],
+)
+def test_a_box_that_is_not_what_was_scanned_is_kept_in_the_gripper(true, words):
+    result, picked, arm = place(true)
+    assert (result.code, picked, arm.holds()) == (ErrorCode.BOX_MISMATCH, True, BOX.id)
+    assert words in result.message
+
+
+def test_noise_of_the_scanner_is_no_mismatch():
+    x, y, z = BOX.size_mm
+    assert mismatch(BOX, replace(BOX, size_mm=(x + 14, y, z), weight_kg=3.3)) == ''
+    noisy = replace(BOX, size_stddev_mm=(4.0, 4.0, 4.0))
+    assert mismatch(noisy, replace(BOX, size_mm=(x + 30, y, z))) == ''
+    assert 'along x' in mismatch(BOX, replace(BOX, size_mm=(x + 30, y, z)))
+
+
+def test_a_picked_box_is_remembered_over_a_restart_until_its_bin_has_gone(tmp_path):
+    true = true_box((300.0, 200.0, 151.0))
+    truth = Truth(tmp_path)
+    truth.update([true])
+    truth.picked(BOX.id)
+    truth.update([])
+    again = Truth(tmp_path)
+    assert again.find(BOX.id) == truth.find(BOX.id) == true
+    assert again.box(BOX).size_mm == (300.0, 200.0, 151.0)
+    again.keep({'another'})
+    assert Truth(tmp_path).find(BOX.id) is None
+    assert again.box(BOX) == BOX
+
+
+def test_a_placement_may_rest_on_tops_as_they_were_measured_but_nowhere_else():
+    """Scanned heights are off by millimetres; a stack stands that much higher or lower."""
+    profile = PROFILES['cell']
+    below = replace(placed_of(make_decision(BOX)), measured_mm=(150.0, 100.0, 78.0))
+    decision = make_decision(make_box(2), (0, 0, below.top_mm))
+    x, y, z = decision.target.position
+
+    def errors(lifted_mm):
+        target = replace(decision.target, position=(x, y, z + lifted_mm / 1e3))
+        return commanded_pose_errors(placed_of(decision), target, profile, [below])
+
+    assert errors(0.0) == errors(3.0) == []
+    assert len(errors(5.0)) == len(errors(-2.0)) == 1
