@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -111,7 +111,7 @@ class Engine:
         """The model of ``source``, built once per content."""
         key = (source.id, source.revision)
         found = self._models.pop(key, None)
-        if found is None or found.source.boxes != source.boxes or found.source.spec != source.spec:
+        if found is None or _content(found.source) != _content(source):
             found = self._build(source)
         self._models[key] = found
         while len(self._models) > _MODELS_KEPT:
@@ -123,8 +123,7 @@ class Engine:
         grown_by_one = (
             old is not None
             and len(source.boxes) == len(old.source.boxes) + 1
-            and old.source.boxes == source.boxes[:-1]
-            and old.source.spec == source.spec
+            and _content(old.source) == _content(replace(source, boxes=source.boxes[:-1]))
         )
         if old is not None and grown_by_one:
             return with_box(old, source.boxes[-1], self.profile)
@@ -301,3 +300,8 @@ class Engine:
             self.stands(found.placed, model, cep=True)
             model = self.with_box(model, found.placed)
         self._models.clear()
+
+
+def _content(one: Bin) -> tuple[object, ...]:
+    """What a model depends on."""
+    return one.boxes, one.spec, one.destination
