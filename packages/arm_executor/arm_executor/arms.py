@@ -14,7 +14,6 @@ def make_arm(
     kind: str,
     *,
     layout: Layout,
-    robot: str = 'ur20',
     speed: float = 1.0,
     tolerance_mm: float = 5.0,
     angle_tolerance_deg: float = 2.0,
@@ -25,7 +24,6 @@ def make_arm(
     Parameters
     ----------
     kind : ``'physics'`` moves a robot model in PyBullet, ``'timed'`` only spends the time.
-    robot : name of the robot model, for ``'physics'``.
     speed : robot seconds per wall-clock second; 0 is as fast as the machine can.
     tolerance_mm, angle_tolerance_deg : how far off a box may rest, for ``'physics'``.
     truth : what the boxes really are; without it they are as scanned.
@@ -38,11 +36,11 @@ def make_arm(
 
         return PhysicsArm(
             layout=layout,
-            robot=robot,
             speed=speed,
             tolerance_mm=tolerance_mm,
             angle_tolerance_deg=angle_tolerance_deg,
             others_tolerance_mm=tolerance_mm,
+            truth=truth,
         )
     msg = f'unknown arm {kind!r}: use one of {", ".join(ARMS)}'
     raise ValueError(msg)

@@ -19,8 +19,8 @@ from arm_executor.suction import Pad, PadLoad, overload, pad_on
 from arm_executor.world import PhysicsWorld
 from pack_msgs_py.cell_values import Pose
 
-#: The bellows' lip seals up to this distance between pad and box, metres.
-SEAL_DISTANCE = 0.002
+#: The bellows give way, and reach out, by this much until their lip seals, metres.
+STROKE = 0.012
 #: The box slipped, or the pad let go, when it moved this far under the pad, metres.
 SLIP_DISTANCE = 0.010
 #: The bellows even out what is shorter than this, steps of physics (25 ms).
@@ -42,6 +42,7 @@ class SuctionGripper:
         self._grasp: Pose | None = None
         self._pad: Pad | None = None
         self._borne: deque[NDArray[np.float64]] = deque(maxlen=_EVEN_OUT)
+        self._soft: str | None = None
         self.box_id: str | None = None
         self.lost_because = ''
         world.after_step = self._watch
@@ -58,10 +59,15 @@ class SuctionGripper:
         )
         return min((float(point[8]) for point in points), default=math.inf)
 
+    def approach(self, box_id: str) -> None:
+        """From now on the bellows give way to ``box_id``, which may be higher than expected."""
+        self._yield_to(None)
+        self._yield_to(box_id)
+
     def attach(self, box_id: str) -> bool:
-        """Take hold of ``box_id``; ``False`` when the pad does not touch it."""
+        """Take hold of ``box_id``; ``False`` when the bellows do not seal on it."""
         world = self._world
-        if self.gap(box_id) > SEAL_DISTANCE:
+        if abs(self.gap(box_id)) > STROKE:
             return False
         body = world.boxes[box_id].number
         link = world.links['tool']
@@ -162,9 +168,25 @@ class SuctionGripper:
         position, quaternion = pybullet.multiplyTransforms(*inverse, box.position, box.quaternion)
         return Pose(tuple(position), tuple(quaternion))
 
+    def _yield_to(self, box_id: str | None) -> None:
+        """The pad is soft to this box alone; also after the release, until the next one comes."""
+        before, self._soft = self._soft, box_id
+        for one, collide in ((before, 1), (box_id, 0)):
+            if one is not None and one in self._world.boxes:
+                pybullet.setCollisionFilterPair(
+                    self._world.robot,
+                    self._world.boxes[one].number,
+                    self._world.links['tool'],
+                    -1,
+                    collide,
+                    physicsClientId=self._world.client,
+                )
+
     def _filter(self, body: int, collide: bool) -> None:
         world = self._world
-        for link in world.links.values():
+        for name, link in world.links.items():
+            if collide and name == 'tool' and self._soft == self.box_id:
+                continue
             pybullet.setCollisionFilterPair(
                 world.robot, body, link, -1, int(collide), physicsClientId=world.client
             )

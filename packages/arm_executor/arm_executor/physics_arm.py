@@ -39,12 +39,13 @@ from arm_executor.robot.tree import CELL_JOINT_NAMES
 from arm_executor.run import Interrupted, Run
 from arm_executor.stands import SETTLE_TIMEOUT_S, Stand, Stands
 from arm_executor.suction import check_grip
+from arm_executor.truth import Truth, mismatch
 from arm_executor.world import STEP_S, PhysicsWorld
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode, Phase
 from pack_msgs_py.values import Bin, BinSpec, Box
 
-#: A box brought back to the belt is there when it stands this near to the pick point, metres.
+#: A box brought back to the belt is there when it stands this near to where it was, metres.
 _BACK_ON_BELT = 0.02
 
 
@@ -61,7 +62,7 @@ class Tolerances:
 class _Held:
     """What it takes to bring a held box back the way it came."""
 
-    request: PlaceRequest
+    taken_at: Pose
     path: JointPath
     load: Load
 
@@ -71,12 +72,12 @@ class PhysicsArm:
 
     Parameters
     ----------
-    layout : where everything stands.
-    robot : name of the arm, see :mod:`arm_executor.robot.parameters`.
+    layout : which robot it is, and where everything stands.
     speed : robot seconds per wall-clock second; 0 as fast as possible.
     bin_spec : kind of bin that every station is checked for; ``None`` to check when bins come.
     tolerance_mm, angle_tolerance_deg, others_tolerance_mm : what counts as placed.
     limits : assumed limits of motion.
+    truth : what the boxes really are; without it they are as scanned.
 
     Raises
     ------
@@ -91,16 +92,17 @@ class PhysicsArm:
     def __init__(
         self,
         layout: Layout | None = None,
-        robot: str = 'ur20',
         speed: float = 0.0,
         bin_spec: BinSpec | None = None,
         tolerance_mm: float = 5.0,
         angle_tolerance_deg: float = 1.0,
         others_tolerance_mm: float = 5.0,
         limits: MotionLimits | None = None,
+        truth: Truth | None = None,
     ) -> None:
+        self._truth = truth or Truth()
         self.layout = layout or Layout()
-        arm = find_arm(robot)
+        arm = find_arm(self.layout.robot)
         check_layout(self.layout, {} if bin_spec is None else dict.fromkeys('ABC', bin_spec))
         self._tolerances = Tolerances(
             tolerance_mm / 1000, math.radians(angle_tolerance_deg), others_tolerance_mm / 1000
@@ -129,9 +131,14 @@ class PhysicsArm:
         ValueError
             A box has no pose.
         """
-        for placed in (placed for one in bins for placed in one.boxes):
-            if placed.box.id in (self.gripper.box_id, self._presented):
-                self._take_away(placed.box.id)
+        box_ids = {placed.box.id for one in bins for placed in one.boxes}
+        for box_id in box_ids & {self.gripper.box_id, self._presented}:
+            self._take_away(box_id)
+        self._truth.keep(box_ids)
+        bins = [
+            replace(one, boxes=tuple(replace(p, box=self._truth.box(p.box)) for p in one.boxes))
+            for one in bins
+        ]
         with self._planning_lock:
             return self._stands.set_bins(bins, poses)
 
@@ -189,8 +196,12 @@ class PhysicsArm:
             raise Interrupted(ErrorCode.GRASP_FAILED, msg)
         self._presented = None
         load = Load(box.weight_kg, metres(box.size_mm), metres(box.com_offset_mm))
-        self._held = _Held(request, motion.carry_path, load)
+        self._held = _Held(self.world.pose(box.id), motion.carry_path, load)
+        self._truth.picked(box.id)
         run.hooks.picked()
+        wrong = mismatch(box, self._truth.box(box))
+        if wrong:
+            raise Interrupted(ErrorCode.BOX_MISMATCH, wrong)
         lowering = (motion.lowering_s, Phase.LOWERING)
         driver.follow(motion.carry, run, [(0.0, Phase.TRANSFERRING), lowering])
         run.enter(Phase.RELEASING)
@@ -212,11 +223,15 @@ class PhysicsArm:
         self._presented = box.id
 
     def _bring(self, box: Box, pick: Pose) -> None:
-        """As the belt does: have ``box`` at the pick point, square to it."""
-        if self._presented == box.id:
+        """As the belt does: have ``box``, as it really is, at the pick point."""
+        true = self._truth.find(box.id)
+        if true is not None:
+            self.present(true.box, true.pose)
+        elif self._presented == box.id:
             self.world.move_box(box.id, pick)
         else:
             self.present(box, pick)
+        self.gripper.approach(box.id)
 
     def _take_away(self, box_id: str) -> None:
         """The box is in neither world any more."""
@@ -319,7 +334,7 @@ class PhysicsArm:
         self._presented, self._held = box_id, None
         self.world.settle([box_id], SETTLE_TIMEOUT_S)
         size = self.world.boxes[box_id].size
-        return corner_distance(self.world.pose(box_id), held.request.pick, size) < _BACK_ON_BELT
+        return corner_distance(self.world.pose(box_id), held.taken_at, size) < _BACK_ON_BELT
 
     def holds(self) -> str | None:
         """See :meth:`arm_executor.arm.Arm.holds`."""

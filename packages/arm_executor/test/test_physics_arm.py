@@ -17,6 +17,7 @@ from arm_executor.layout import LayoutError, pick_pose
 from arm_executor.motion.timing import MotionLimits
 from arm_executor.physics_arm import PhysicsArm
 from arm_executor.pose_error import corner_distance, turn_between
+from arm_executor.truth import TrueBox, Truth
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode, Phase
 from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin
@@ -232,6 +233,52 @@ def test_disturbed_neighbour_is_reported(arm):
 
 
 # -- faults ---------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def with_truth():
+    """An arm, and the function that tells it what a box really is."""
+    truth = Truth()
+    one = PhysicsArm(truth=truth)
+    one.set_bins(empty('A'), {})
+
+    def tell(true, pose=None):
+        truth.update([TrueBox(true, pose or pick_pose(one.layout, true.size_mm))])
+
+    yield one, tell
+    one.close()
+
+
+@pytest.mark.parametrize('higher_mm', [-6.0, 6.0])
+def test_a_box_not_quite_as_scanned_is_taken_and_its_base_stands_where_it_should(
+    with_truth, higher_mm
+):
+    arm, tell = with_truth
+    tell(box(size=(300.0, 206.0, 200.0 + higher_mm)))
+    result = run(arm, request_for(arm, box(), 'A', (0.5, 0.4, 0.1)))
+    assert result.code is ErrorCode.NONE, result.message
+    x, y, z = result.measured.position
+    assert (x, y) == pytest.approx((0.5, 0.403), abs=0.001)
+    assert z - (0.2 + higher_mm / 1e3) / 2 == pytest.approx(0.0, abs=0.001)
+
+
+def test_a_box_far_from_what_was_scanned_is_noticed_in_the_gripper_and_goes_back(with_truth):
+    arm, tell = with_truth
+    tell(box(size=(300.0, 280.0, 200.0)))
+    told = Told()
+    result = run(arm, request_for(arm, box(), 'A', (0.5, 0.4, 0.1)), told)
+    assert (result.code, told.steps) == (ErrorCode.BOX_MISMATCH, ['picked'])
+    assert 'measures 280 mm along y' in result.message
+    assert arm.return_to_belt()
+    assert arm.holds() is None
+
+
+def test_a_box_that_lies_aside_is_not_grasped(with_truth):
+    arm, tell = with_truth
+    x, y, z = pick_pose(arm.layout, box().size_mm).position
+    tell(box(), Pose((x + 0.6, y, z)))
+    result = run(arm, request_for(arm, box(), 'A', (0.5, 0.4, 0.1)))
+    assert (result.code, arm.holds()) == (ErrorCode.GRASP_FAILED, None)
 
 
 def test_box_lower_than_announced_is_not_grasped(arm):
