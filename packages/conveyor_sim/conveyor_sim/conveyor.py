@@ -2,40 +2,29 @@
 
 Every method that changes something takes the time, writes the ledger, and says what came of it in
 an :class:`Outcome`; the caller then tells the others. Times are seconds of a steady clock, stamps
-seconds since the epoch.
+seconds since the epoch; what depends on the belt's own time is in robot seconds.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
-from conveyor_sim.belt import Belt, OnBelt
-from conveyor_sim.ledger import BoxRecord, Ledger, LedgerError, Place
-from conveyor_sim.streams.rows import RejectedRow
+from conveyor_sim.belt_statistics import Statistics
+from conveyor_sim.belt_time import BeltTime
+from conveyor_sim.book import Book, rejection
+from conveyor_sim.induct import Induct
+from conveyor_sim.ledger import BoxRecord, Ledger, Place
+from conveyor_sim.loop import Belt
+from conveyor_sim.outcome import Outcome, Plan
+from conveyor_sim.scans import ScanMaker
 from conveyor_sim.streams.stream import Stream
 from conveyor_sim.transitions import next_place
-from pack_msgs_py.cell_values import BoxEvent, Decision, Scan, ScannedBox
+from pack_msgs_py.cell_values import BoxEvent, Decision, Scan
 from pack_msgs_py.codes import BoxEventKind, PlacementStatus, Reason
 from pack_msgs_py.values import Box
 
-#: Scan numbers reserved in the ledger at a time, so that they grow over restarts.
-_SEQUENCE_BLOCK = 1000
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What a call changed: whether the scan is another, events to publish, news for people.
-
-    ``repeated`` are events of an earlier run, for those who were not there; ``complaints`` say
-    what in a message made no sense.
-    """
-
-    changed: bool = False
-    events: tuple[BoxEvent, ...] = ()
-    repeated: tuple[BoxEvent, ...] = ()
-    notes: tuple[str, ...] = ()
-    complaints: tuple[str, ...] = ()
+_PLACED = BoxEventKind.PLACED
 
 
 class Conveyor:
@@ -47,55 +36,80 @@ class Conveyor:
         From any method: the ledger cannot be read or written.
     """
 
-    def __init__(self, stream: Stream, belt: Belt, ledger: Ledger) -> None:
-        self._stream = stream
+    def __init__(
+        self,
+        stream: Stream,
+        belt: Belt,
+        ledger: Ledger,
+        *,
+        length_m: float = 9.0,
+        plan: Plan | None = None,
+    ) -> None:
+        plan = plan or Plan()
         self._belt = belt
         self._ledger = ledger
-        self._records: dict[str, BoxRecord] = {}
-        self._waiting: dict[str, int] = {}
-        self._elsewhere: dict[str, BoxRecord] = {}
-        self._supplied = 0
-        self._paused = False
+        self._book = Book(stream, ledger)
+        self._induct = Induct(stream, self._book, plan.arrivals, belt.refusal)
+        self._time = BeltTime(belt, plan.jams, plan.speed)
+        self._clock = self._time.clock
+        self._scans = ScanMaker(belt, ledger, length_m)
+        self._max_laps = plan.max_laps
+        self._draining = ledger.setting('draining') == 'yes'
         self._newest: tuple[float, int] | None = None
-        self._pick_open: tuple[float, float] | None = None
-        self._sequence = self._sequence_end = int(ledger.setting('scan_sequence', '0'))
-        self._dirty: dict[str, BoxRecord] = {}
-        self._events: list[BoxEvent] = []
-        self._notes: list[str] = []
+        self._chosen = self._handled = ''
+        self._stirred = False
+        self.statistics = Statistics.from_text(ledger.setting('statistics'))
 
     @property
     def supplied(self) -> int:
-        """Boxes that the stream has given out, rejected rows included."""
-        return self._supplied
+        """Boxes that were given out, by the stream (rejected rows included) or by hand."""
+        return self._book.supplied + self._book.inserted
+
+    @property
+    def geometry(self) -> str:
+        """The belt, for people."""
+        return self._belt.geometry
 
     @property
     def ended(self) -> bool:
         """Whether the stream is at its end and the belt empty."""
-        at_end = self._supplied == len(self._stream)
-        return at_end and not self._waiting and self._belt.empty
+        return self._induct.at_end and self._belt.empty
+
+    @property
+    def condition(self) -> str:
+        """For people: ``running``, ``paused``, ``jammed`` or ``draining``."""
+        if self._time.stands:
+            return 'paused' if self._time.paused else 'jammed'
+        return 'draining' if self._draining else 'running'
+
+    @property
+    def counts(self) -> dict[Place, int]:
+        """How many boxes are where; the sum is the number that was given out."""
+        return self._book.counts()
 
     def start(self, now_s: float, stamp_s: float) -> Outcome:
         """Take up the ledger where it ended, repeat the rejections it holds, and feed the belt."""
-        records = self._ledger.records()
-        self._check(records)
-        self._records = {record.box_id: record for record in records}
-        self._waiting = {r.box_id: r.ordinal for r in records if r.place is Place.WAITING}
-        self._supplied = len(records)
+        records = self._book.load()
         fits = self._ledger.setting('geometry', self._belt.geometry) == self._belt.geometry
-        if fits:
-            self._belt.restore(self._ledger.belt_state(), now_s)
+        self._belt.restore(self._ledger.setting('belt') if fits else '', now_s)
+        robot_s, paused = self._ledger.setting('robot_s', '0'), self._ledger.setting('paused')
+        self._time.restore(float(robot_s), now_s, paused=paused == 'yes')
         for record in records:
             if record.place is Place.ON_BELT and fits and record.slot is not None:
-                self._belt.put(self._box(record), record.slot, now_s, record.laps)
+                self._belt.put(self._book.box(record), record.slot, now_s, record.laps)
             elif record.place is Place.ON_BELT:
-                self._set(replace(record, place=Place.WAITING, slot=None))
+                self._book.set(replace(record, place=Place.WAITING, slot=None))
         if records:
-            counts = ', '.join(f'{n} {p.value}' for p, n in self._ledger.counts().items() if n)
-            self._notes.append(f'goes on after {len(records)} boxes: {counts}')
+            counts = ', '.join(f'{n} {p.value}' for p, n in self._book.counts().items() if n)
+            self._book.note(f'goes on after {len(records)} boxes: {counts}')
+        if self.condition != 'running':
+            self._book.note(f'the belt is {self.condition}')
         outcome = self._finish(now_s, stamp_s, moved=True)
         self._ledger.set_setting('geometry', self._belt.geometry)
-        rejected = (_rejection(record) for record in records if record.place is Place.REJECTED)
+        rejected = (rejection(record) for record in records if record.place is Place.REJECTED)
         return replace(outcome, repeated=tuple(rejected))
+
+    # -- what others say ------------------------------------------------------------------------
 
     def on_decision(self, decision: Decision, now_s: float, stamp_s: float) -> Outcome:
         """Bring the box of the newest decision; divert a rejected one to the reject lane."""
@@ -104,76 +118,76 @@ class Conveyor:
         if newest is not None and key[0] <= newest[0] and key[1] <= newest[1]:
             return Outcome()
         self._newest = key
-        record = self._records.get(decision.box.id)
+        self._advance(now_s)
+        record = self._book.record(decision.box.id)
         if record is None:
-            if decision.box.id not in self._stream:
-                return Outcome(complaints=(f'box {decision.box.id!r} is not of this stream',))
-            return Outcome()
+            return self._unknown(decision.box.id)
         if decision.status is PlacementStatus.REJECT:
             if record.place in (Place.ON_BELT, Place.WAITING):
                 text = decision.reason or 'rejected by the planner'
                 self._reject(record, decision.reject_reason, text, now_s, stamp_s)
             return self._finish(now_s, stamp_s)
         if record.place is Place.ON_BELT and record.slot is not None:
+            self._chosen = record.box_id
             self._belt.bring(record.slot, now_s)
             return self._finish(now_s, stamp_s, moved=True)
         return Outcome()
 
-    def on_awaited(self, box_id: str, now_s: float, stamp_s: float) -> Outcome:
-        """The arm waits for this box: bring it, whatever became of the decision that chose it."""
-        record = self._records.get(box_id)
+    def on_handled(self, box_id: str, now_s: float, stamp_s: float) -> Outcome:
+        """The arm works on this box: bring it, whatever became of the decision that chose it."""
+        self._handled = box_id
+        record = self._book.record(box_id)
         on_belt = record is not None and record.place is Place.ON_BELT
         if record is None or record.slot is None or not on_belt or self._belt.brings(record.slot):
             return Outcome()
-        self._notes.append(f'{box_id}: the arm waits for it')
+        self._advance(now_s)
+        self._book.note(f'{box_id}: the arm waits for it')
         self._belt.bring(record.slot, now_s)
         return self._finish(now_s, stamp_s, moved=True)
 
     def on_event(self, event: BoxEvent, now_s: float, stamp_s: float) -> Outcome:
         """Follow what happened to a box; an event that comes twice or late changes nothing."""
-        record = self._records.get(event.box_id) or self._elsewhere.get(event.box_id)
+        self._advance(now_s)
+        record = self._book.known(event.box_id)
         if record is None:
-            if event.box_id not in self._stream:
-                return Outcome(complaints=(f'box {event.box_id!r} is not of this stream',))
+            outcome = self._unknown(event.box_id)
+            if outcome.complaints:
+                return outcome
             record = BoxRecord(-1, event.box_id, Place.WAITING)
         stamp_ns = round(1e9 * (event.stamp_s or stamp_s))
         place = next_place(record, event.event, stamp_ns)
         if place is None:
             if event.event is BoxEventKind.RETURNED and stamp_ns > record.stamp_ns:
                 # Back before its picking was heard of: the late PICKED must not take it away.
-                self._keep(replace(record, stamp_ns=stamp_ns, returned=True))
+                self._book.set(replace(record, stamp_ns=stamp_ns, returned=True))
             return self._finish(now_s, stamp_s, feed=False)
-        moved = replace(
-            record,
-            place=place,
-            stamp_ns=stamp_ns,
-            reason=event.reason,
-            text=event.text,
-            returned=record.returned or place is Place.ON_BELT,
-        )
+        returned = record.returned or place is Place.ON_BELT
+        moved = replace(record, place=place, stamp_ns=stamp_ns, returned=returned)
+        moved = replace(moved, reason=event.reason, text=event.text)
         if record.ordinal < 0:
-            self._elsewhere[record.box_id] = replace(moved, place=_unfed(place))
+            # Not fed yet: one that came back to the belt waits at the induct.
+            unfed = Place.WAITING if place is Place.ON_BELT else place
+            self._book.set(replace(moved, place=unfed))
             return Outcome()
         if place is Place.ON_BELT:
             self._take_back(moved, now_s)
         else:
-            laps = self._leave_belt(record, now_s, picked=place in (Place.PICKED, Place.PLACED))
-            self._set(replace(moved, laps=laps))
+            picked = place in (Place.PICKED, Place.PLACED)
+            self._book.set(replace(moved, laps=self._leave_belt(record, now_s, picked=picked)))
         if place in (Place.ON_BELT, Place.LOST):
             what = 'is back on the belt' if place is Place.ON_BELT else 'is lost'
-            self._notes.append(f'{record.box_id} {what} {event.text}'.rstrip())
+            self._book.note(f'{record.box_id} {what} {event.text}'.rstrip())
         return self._finish(now_s, stamp_s)
 
     def on_content(
         self, box_ids: Iterable[str], content_stamp_s: float, now_s: float, stamp_s: float
     ) -> Outcome:
         """Take every box that is in a bin as placed."""
+        records = {one: self._book.known(one) for one in box_ids}
         outcomes = [
-            self.on_event(
-                BoxEvent(one, BoxEventKind.PLACED, stamp_s=content_stamp_s), now_s, stamp_s
-            )
-            for one in box_ids
-            if not self._is_placed(one)
+            self.on_event(BoxEvent(one, _PLACED, stamp_s=content_stamp_s), now_s, stamp_s)
+            for one, record in records.items()
+            if record is None or record.place is not Place.PLACED
         ]
         return Outcome(
             any(one.changed for one in outcomes),
@@ -182,179 +196,203 @@ class Conveyor:
             complaints=tuple(text for one in outcomes for text in one.complaints),
         )
 
+    def on_robot_time(self, spent_s: float, now_s: float, stamp_s: float) -> Outcome:
+        """The arm has spent so much robot time on a goal; it counts at speed 0."""
+        self._clock.pass_by(spent_s)
+        return self.tick(now_s, stamp_s)
+
+    # -- what the operator says -----------------------------------------------------------------
+
     def pause(self, paused: bool, now_s: float, stamp_s: float) -> Outcome:
         """Stop or resume feeding and moving; what others do to boxes is followed all the same."""
-        if paused == self._paused:
+        if paused == self._time.paused:
             return Outcome()
-        self._paused = paused
-        self._belt.set_motion(now_s, paused=paused)
-        self._notes.append('paused' if paused else 'goes on')
+        self._advance(now_s)
+        self._ledger.set_setting('paused', 'yes' if paused else 'no')
+        self._time.pause(paused, now_s)
+        self._book.note('paused' if paused else 'goes on')
         return self._finish(now_s, stamp_s, moved=True)
 
-    def tune(self, now_s: float, *, belt_speed: float, speed: float) -> None:
-        """Change the belt's speed and the speed factor."""
-        self._belt.set_motion(now_s, belt_speed=belt_speed, speed=speed)
+    def drain(self, draining: bool, now_s: float, stamp_s: float) -> Outcome:
+        """Stop or resume feeding; what is on the belt goes on to be placed."""
+        if draining == self._draining:
+            return Outcome()
+        self._draining = draining
+        self._ledger.set_setting('draining', 'yes' if draining else 'no')
+        self._book.note('feeds no more' if draining else 'feeds again')
+        return self._finish(now_s, stamp_s, moved=True)
 
-    def arrival_s(self, now_s: float) -> float | None:
-        """When the motion under way ends; ``None`` at rest."""
-        return self._belt.arrival_s(now_s)
+    def insert_box(self, box: Box, now_s: float, stamp_s: float) -> Outcome:
+        """Lay a box on by hand: it waits at the induct and comes before new ones of the stream.
+
+        Raises
+        ------
+        ValueError
+            It cannot ride, or the cell knows a box of this name.
+        """
+        refusal = self._belt.refusal(box)
+        if refusal:
+            msg = f'box {box.id!r}: {refusal}'
+            raise ValueError(msg)
+        self._book.insert(box)
+        return self._finish(now_s, stamp_s, moved=True)
+
+    def remove_box(self, box_id: str, now_s: float, stamp_s: float) -> Outcome:
+        """Take a box away by hand, from the belt or the induct, to the reject lane.
+
+        Raises
+        ------
+        ValueError
+            It is not there, or it is the one that the arm is to take next.
+        """
+        record = self._book.record(box_id)
+        if record is None or record.place not in (Place.ON_BELT, Place.WAITING):
+            where = 'not known' if record is None else record.place.value
+            msg = f'box {box_id!r} is not on the belt: it is {where}'
+            raise ValueError(msg)
+        if self._is_spoken_for(box_id):
+            msg = f'box {box_id!r} is the one that the arm is to take next; pause the arm first'
+            raise ValueError(msg)
+        self._reject(record, Reason.OPERATOR, 'removed by hand', now_s, stamp_s)
+        return self._finish(now_s, stamp_s)
+
+    def tune(self, now_s: float, *, belt_speed: float, speed: float, max_laps: int) -> None:
+        """Change the belt's speed, the speed factor, and how often a box may be passed over."""
+        self._advance(now_s)
+        self._max_laps = max_laps
+        self._time.tune(now_s, belt_speed, speed)
+
+    # -- regularly ------------------------------------------------------------------------------
+
+    def tick(self, now_s: float, stamp_s: float) -> Outcome:
+        """Let happen what is due: arrivals, jams, laps, windows that close."""
+        self._advance(now_s)
+        return self._finish(now_s, stamp_s)
+
+    def moves(self, now_s: float) -> bool:
+        """Whether the belt is in motion."""
+        return self._belt.moves(now_s)
+
+    def next_change_s(self, now_s: float) -> float | None:
+        """When :meth:`tick` is due next; ``None`` while nothing is foreseen."""
+        due = [self._belt.next_change_s(now_s), self._time.next_change_s(now_s)]
+        arrival_s = self._induct.next_arrival_s(self._clock.at(now_s))
+        if arrival_s is not None:
+            due.append(self._clock.wall_s(arrival_s, now_s))
+        return min((one for one in due if one is not None), default=None)
 
     def scan(self, now_s: float, stamp_s: float) -> Scan:
         """The look-ahead at this instant; each call has the next sequence number."""
-        if self._sequence >= self._sequence_end:
-            self._sequence_end = self._sequence + _SEQUENCE_BLOCK
-            self._ledger.set_setting('scan_sequence', str(self._sequence_end))
-        self._sequence += 1
-        return Scan(
-            sequence=self._sequence,
-            stamp_s=stamp_s,
-            boxes=tuple(self._scanned(item, now_s, stamp_s) for item in self._belt.view(now_s)),
-            belt_velocity=self._belt.velocity(now_s),
-            supplied=self._supplied,
-            remaining=len(self._stream) - self._supplied,
-        )
+        return self._scans.scan(now_s, stamp_s, self.supplied, self._induct.remaining)
 
-    def _scanned(self, item: OnBelt, now_s: float, stamp_s: float) -> ScannedBox:
-        pick_open = None
-        if item.arrived_s is not None:
-            if self._pick_open is None or self._pick_open[0] != item.arrived_s:
-                self._pick_open = (item.arrived_s, stamp_s - (now_s - item.arrived_s))
-            pick_open = self._pick_open[1]
-        return ScannedBox(
-            box=item.box,
-            pose=self._belt.pose(item),
-            pick_open_s=pick_open,
-            travel_time_s=item.travel_time_s,
-            laps=item.laps,
-        )
+    def _advance(self, now_s: float) -> None:
+        """Bring robot time up to now, with the jams that began or ended on the way."""
+        for began in self._time.advance(now_s):
+            self._stirred = True
+            self.statistics.jams += began
+            self._book.note('jammed' if began else 'the jam is over')
 
     def _finish(
         self, now_s: float, stamp_s: float, *, feed: bool = True, moved: bool = False
     ) -> Outcome:
         """Fill the gaps, make it durable, and hand out what is to be told."""
-        if feed and not self._paused:
+        self._starved(now_s, stamp_s)
+        if feed and not self._time.stands:
             self._feed(now_s, stamp_s)
-        changed = bool(self._dirty) or moved
+        missed = self._belt.missed()
+        for box_id in missed:
+            self.statistics.missed_windows += 1
+            self._book.note(f'{box_id}: not picked in its time, it goes round again')
+        changed = self._note_laps(now_s) or moved or self._stirred or bool(missed)
+        self._stirred = False
         if changed:
-            for item in self._belt.view(now_s):
-                record = self._dirty.get(item.box.id, self._records[item.box.id])
-                if record.laps != item.laps:
-                    self._set(replace(record, laps=item.laps))
-            self._ledger.save(self._dirty.values(), self._belt.state(now_s))
-        outcome = Outcome(changed, tuple(self._events), notes=tuple(self._notes))
-        self._dirty, self._events, self._notes = {}, [], []
-        return outcome
+            settings = {
+                'belt': self._belt.state(now_s),
+                'robot_s': repr(self._clock.at(now_s)),
+                'statistics': self.statistics.text(),
+            }
+            self._book.save(settings)
+        events, notes = self._book.news()
+        return Outcome(changed, events, notes=notes)
+
+    def _unknown(self, box_id: str) -> Outcome:
+        ours = self._book.is_ours(box_id)
+        return Outcome(complaints=() if ours else (f'box {box_id!r} is not of this stream',))
+
+    def _note_laps(self, now_s: float) -> bool:
+        """Take the laps of the belt over into the records; whether there is anything to save."""
+        for item in self._belt.view(now_s):
+            record = self._book.record(item.box.id)
+            if record is not None and record.laps != item.laps:
+                self._book.set(replace(record, laps=item.laps))
+        return self._book.changed
+
+    def _starved(self, now_s: float, stamp_s: float) -> None:
+        """Divert boxes that were passed over too often, but not one that is to be picked."""
+        if not self._max_laps:
+            return
+        for item in self._belt.view(now_s):
+            record = self._book.record(item.box.id)
+            if item.laps > self._max_laps and record and not self._is_spoken_for(item.box.id):
+                text = f'passed over {item.laps} times, at most {self._max_laps} are allowed'
+                self._reject(record, Reason.MAX_LAPS, text, now_s, stamp_s)
 
     def _feed(self, now_s: float, stamp_s: float) -> None:
-        """Fill every gap, nearest to the pick point first: who waits comes before who is new."""
-        for slot in self._belt.free_slots(now_s):
-            if self._waiting:
-                record = self._records[min(self._waiting, key=self._waiting.__getitem__)]
-            else:
-                fresh = self._next_of_stream(stamp_s)
-                if fresh is None:
+        """Lay on what has come, as long as there is room."""
+        while True:
+            robot_s = self._clock.at(now_s)
+            record = None
+            if not self._draining or self._book.waiting() is not None:
+                record = self._induct.first(robot_s, stamp_s)
+            if record is None:
+                due_s = self._induct.next_arrival_s(robot_s)
+                if self._draining or due_s is None or not self._belt.empty or self._clock.speed:
                     return
-                record = fresh
-            self._belt.put(self._box(record), slot, now_s, record.laps)
-            self._set(replace(record, place=Place.ON_BELT, slot=slot))
+                # As fast as possible, and nothing else can happen before it comes.
+                self._clock.skip_to(due_s)
+                continue
+            box = self._book.box(record)
+            slot = self._belt.room_for(box, now_s)
+            if slot is None:
+                return
+            self._belt.put(box, slot, now_s, record.laps)
+            fed_s = robot_s if record.fed_s is None else record.fed_s
+            self._book.set(replace(record, place=Place.ON_BELT, slot=slot, fed_s=fed_s))
 
-    def _next_of_stream(self, stamp_s: float) -> BoxRecord | None:
-        """The next box that can ride; those before it that cannot are rejected or passed over."""
-        while self._supplied < len(self._stream):
-            ordinal = self._supplied
-            entry = self._stream[ordinal]
-            self._supplied += 1
-            if isinstance(entry, RejectedRow):
-                bad = BoxRecord(ordinal, entry.box_id, Place.WAITING)
-                self._reject(bad, entry.reason, entry.text, 0.0, stamp_s)
-                continue
-            fresh = BoxRecord(ordinal, entry.id, Place.WAITING)
-            record = replace(self._elsewhere.pop(entry.id, fresh), ordinal=ordinal)
-            if record.place is not Place.WAITING:
-                self._notes.append(f'{entry.id}: not fed, it is {record.place.value} already')
-                self._set(record)
-                continue
-            refusal = self._belt.refusal(entry)
-            if not refusal:
-                return record
-            self._reject(record, Reason.OVERSIZE, f'{entry.id}: {refusal}', 0.0, stamp_s)
-        return None
+    def _is_spoken_for(self, box_id: str) -> bool:
+        """Whether the arm has, or is about to get, a goal for this box."""
+        return box_id in (self._chosen, self._handled)
 
     def _reject(
         self, record: BoxRecord, reason: Reason, text: str, now_s: float, stamp_s: float
     ) -> None:
-        self._leave_belt(record, now_s, picked=False)
-        rejected = replace(
-            record, place=Place.REJECTED, reason=reason, text=text, stamp_ns=round(1e9 * stamp_s)
-        )
-        self._set(rejected)
-        self._events.append(_rejection(rejected))
+        laps = self._leave_belt(record, now_s, picked=False)
+        self._book.reject(replace(record, laps=laps), reason, text, stamp_s)
 
     def _leave_belt(self, record: BoxRecord, now_s: float, *, picked: bool) -> int:
         """Take a box off the belt if it is there; return its laps."""
-        if record.place is Place.ON_BELT and record.slot is not None:
-            return self._belt.take(record.slot, now_s, picked=picked)
-        return record.laps
+        if record.place is not Place.ON_BELT or record.slot is None:
+            return record.laps
+        if self._chosen == record.box_id:
+            self._chosen = ''
+        if picked:
+            held = any(item.held for item in self._belt.view(now_s) if item.slot == record.slot)
+            self.statistics.picks += 1
+            self.statistics.late_picks += not held and self._clock.speed > 0
+        laps = self._belt.take(record.slot, now_s, picked=picked)
+        if record.fed_s is not None:
+            self.statistics.waited(record.box_id, self._clock.at(now_s) - record.fed_s, laps)
+        return laps
 
     def _take_back(self, record: BoxRecord, now_s: float) -> None:
-        """Lay a box that the arm brought back into the gap it left, and bring it to the arm.
+        """Lay a box that the arm brought back where the arm takes it next.
 
-        The box that was fed into that gap goes back to the induct and comes again with the next.
+        Boxes that had to make room for it go back to the induct and come again with the next.
         """
-        slot = record.slot if record.slot is not None else self._belt.nearest_slot(now_s)
-        guest = self._belt.occupant(slot)
-        if guest is not None:
-            laps = self._belt.take(slot, now_s, picked=False)
-            back = replace(self._records[guest.id], place=Place.WAITING, slot=None, laps=laps)
-            self._set(back)
-        self._belt.put(self._box(record), slot, now_s, record.laps)
-        self._set(replace(record, slot=slot))
-        self._belt.bring(slot, now_s)
-
-    def _is_placed(self, box_id: str) -> bool:
-        record = self._records.get(box_id) or self._elsewhere.get(box_id)
-        return record is not None and record.place is Place.PLACED
-
-    def _keep(self, record: BoxRecord) -> None:
-        if record.ordinal < 0:
-            self._elsewhere[record.box_id] = record
-        else:
-            self._set(record)
-
-    def _set(self, record: BoxRecord) -> None:
-        self._records[record.box_id] = self._dirty[record.box_id] = record
-        if record.place is Place.WAITING:
-            self._waiting[record.box_id] = record.ordinal
-        else:
-            self._waiting.pop(record.box_id, None)
-
-    def _box(self, record: BoxRecord) -> Box:
-        entry = self._stream[record.ordinal]
-        assert isinstance(entry, Box)
-        return entry
-
-    def _check(self, records: list[BoxRecord]) -> None:
-        for ordinal, record in enumerate(records):
-            entry = self._stream[ordinal] if ordinal < len(self._stream) else None
-            known = entry.id if isinstance(entry, Box) else entry.box_id if entry else ''
-            if record.ordinal != ordinal or record.box_id != known:
-                msg = (
-                    f'ledger {self._ledger.path} has box {record.box_id!r} at place '
-                    f'{record.ordinal}, the stream {known!r} at {ordinal}: give another state_dir'
-                )
-                raise LedgerError(msg)
-
-
-def _rejection(record: BoxRecord) -> BoxEvent:
-    return BoxEvent(
-        record.box_id,
-        BoxEventKind.REJECTED,
-        record.reason,
-        record.text,
-        stamp_s=record.stamp_ns / 1e9,
-    )
-
-
-def _unfed(place: Place) -> Place:
-    """Where a box is that has not been fed: one that came back to the belt waits at the induct."""
-    return Place.WAITING if place is Place.ON_BELT else place
+        box = self._book.box(record)
+        slot, pushed = self._belt.put_back(box, record.slot, now_s, record.laps)
+        for pushed_box, laps in pushed:
+            guest = self._book.record(pushed_box.id)
+            assert guest is not None
+            self._book.set(replace(guest, place=Place.WAITING, slot=None, laps=laps))
+        self._book.set(replace(record, slot=slot))

@@ -7,19 +7,23 @@ costs one fsync per event of a box, which a box every few seconds affords.
 
 from __future__ import annotations
 
+import json
 import sqlite3
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import astuple, dataclass
+from dataclasses import asdict, dataclass
 from enum import Enum
 from pathlib import Path
+from typing import Any
 
-from conveyor_sim.belt import BeltState
 from pack_msgs_py.codes import Reason
+from pack_msgs_py.values import Box
 
 FILE_NAME = 'conveyor.sqlite'
-_SCHEMA = '1'
+_SCHEMA = '2'
+#: Ordinals of boxes that were inserted by hand begin here, above those of any stream.
+INSERTED_FROM = 1_000_000_000
 
 _TABLES = """
 CREATE TABLE IF NOT EXISTS meta (key TEXT PRIMARY KEY, value TEXT NOT NULL);
@@ -32,14 +36,10 @@ CREATE TABLE IF NOT EXISTS boxes (
     reason INTEGER NOT NULL,
     text TEXT NOT NULL,
     stamp_ns INTEGER NOT NULL,
-    returned INTEGER NOT NULL
+    returned INTEGER NOT NULL,
+    fed_s REAL
 );
-CREATE TABLE IF NOT EXISTS belt (
-    one INTEGER PRIMARY KEY CHECK (one = 1),
-    offset_um INTEGER NOT NULL,
-    travel_um INTEGER NOT NULL,
-    pick_offset_um INTEGER NOT NULL
-);
+CREATE TABLE IF NOT EXISTS inserted (ordinal INTEGER PRIMARY KEY, box TEXT NOT NULL);
 """
 
 
@@ -64,7 +64,8 @@ class BoxRecord:
 
     ``slot`` is where it rides, or rode last. ``stamp_ns`` is the stamp of the newest event that
     changed its place, nanoseconds since the epoch; 0 while there was none. ``returned`` says that
-    the arm has had it and brought it back.
+    the arm has had it and brought it back. ``fed_s`` is the robot time at which it was first laid
+    on the belt, ``None`` before.
     """
 
     ordinal: int
@@ -76,6 +77,7 @@ class BoxRecord:
     text: str = ''
     stamp_ns: int = 0
     returned: bool = False
+    fed_s: float | None = None
 
 
 class Ledger:
@@ -110,32 +112,39 @@ class Ledger:
         """Every box given out so far, in the order of the stream."""
         with self._explained():
             rows = self._db.execute(
-                'SELECT ordinal, box_id, place, slot, laps, reason, text, stamp_ns, returned '
-                'FROM boxes ORDER BY ordinal'
+                'SELECT ordinal, box_id, place, slot, laps, reason, text, stamp_ns, returned, '
+                'fed_s FROM boxes ORDER BY ordinal'
             ).fetchall()
         return [
-            BoxRecord(o, i, Place(p), slot, laps, Reason(reason), text, stamp, bool(back))
-            for o, i, p, slot, laps, reason, text, stamp, back in rows
+            BoxRecord(o, i, Place(p), slot, laps, Reason(reason), text, stamp, bool(back), fed_s)
+            for o, i, p, slot, laps, reason, text, stamp, back, fed_s in rows
         ]
 
-    def belt_state(self) -> BeltState:
-        """Where the belt was."""
-        with self._explained():
-            row = self._db.execute(
-                'SELECT offset_um, travel_um, pick_offset_um FROM belt'
-            ).fetchone()
-        return BeltState(*row) if row else BeltState()
-
-    def save(self, records: Iterable[BoxRecord], belt: BeltState) -> None:
+    def save(self, records: Iterable[BoxRecord], settings: Mapping[str, str]) -> None:
         """Write what changed, all of it or nothing; durable when this returns."""
         rows = [
             (r.ordinal, r.box_id, r.place.value, r.slot, r.laps, int(r.reason), r.text,
-             r.stamp_ns, int(r.returned))
+             r.stamp_ns, int(r.returned), r.fed_s)
             for r in records
         ]  # fmt: skip
         with self._explained(), self._transaction():
-            self._db.executemany('REPLACE INTO boxes VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)', rows)
-            self._db.execute('REPLACE INTO belt VALUES (1, ?, ?, ?)', astuple(belt))
+            self._db.executemany('REPLACE INTO boxes VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)', rows)
+            self._db.executemany('REPLACE INTO meta VALUES (?, ?)', settings.items())
+
+    def insert(self, box: Box) -> int:
+        """Remember a box that was inserted by hand; returns its ordinal."""
+        with self._explained(), self._transaction():
+            row = self._db.execute('SELECT MAX(ordinal) FROM inserted').fetchone()
+            ordinal = INSERTED_FROM if row[0] is None else int(row[0]) + 1
+            values = (ordinal, json.dumps(asdict(box)))
+            self._db.execute('INSERT INTO inserted VALUES (?, ?)', values)
+        return ordinal
+
+    def inserted(self) -> dict[int, Box]:
+        """Boxes that were inserted by hand, by ordinal."""
+        with self._explained():
+            rows = self._db.execute('SELECT ordinal, box FROM inserted').fetchall()
+        return {ordinal: _box_from(json.loads(text)) for ordinal, text in rows}
 
     def counts(self) -> dict[Place, int]:
         """How many boxes are where; the sum is the number that the stream has given out."""
@@ -202,3 +211,11 @@ class Ledger:
             else:
                 msg = f'ledger {self.path} cannot be used: {error}'
             raise LedgerError(msg) from error
+
+
+def _box_from(fields: dict[str, Any]) -> Box:
+    """A box as it was written: JSON knows no tuples."""
+    values: dict[str, Any] = {
+        key: tuple(value) if isinstance(value, list) else value for key, value in fields.items()
+    }
+    return Box(**values)

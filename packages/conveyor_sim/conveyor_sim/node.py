@@ -10,17 +10,26 @@
   a bin is not on the belt
 - subscribes `executor_state` (pack_msgs/ExecutorState): brings the box that the arm waits for,
   should its decision not have arrived
+- subscribes `placement_report` (pack_msgs/PlacementReport): the robot time that the arm has spent,
+  which is what arrivals wait for at speed 0
+- publishes `/diagnostics` (diagnostic_msgs/DiagnosticArray), once a second
 - serves `~/pause` (std_srvs/SetBool): stops or resumes feeding and moving
+- serves `~/drain` (std_srvs/SetBool): stops or resumes feeding alone
+- serves `~/insert_box` (pack_msgs/InsertBox): lays a box on by hand
+- serves `~/remove_box` (pack_msgs/RemoveBox): takes a box away by hand
 """
 
 from __future__ import annotations
 
+import math
 import sys
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
+from typing import Any
 
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.logging import get_logger
@@ -28,13 +37,24 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool
 
-from conveyor_sim.belt import Belt
-from conveyor_sim.conveyor import Conveyor, Outcome
 from conveyor_sim.ledger import Ledger, LedgerError
+from conveyor_sim.making import make_conveyor
+from conveyor_sim.nodes.diagnostics import diagnostics_to_ros
+from conveyor_sim.outcome import Outcome
 from conveyor_sim.parameters import ConveyorParameters
 from conveyor_sim.streams import Stream
-from pack_msgs.msg import BinState, BinStateArray, BoxEvent, BoxScan, ExecutorState, Placement
+from pack_msgs.msg import (
+    BinState,
+    BinStateArray,
+    BoxEvent,
+    BoxScan,
+    ExecutorState,
+    Placement,
+    PlacementReport,
+)
+from pack_msgs.srv import InsertBox, RemoveBox
 from pack_msgs_py.conversions import (
+    box_from_ros,
     decision_from_ros,
     event_from_ros,
     event_to_ros,
@@ -46,6 +66,7 @@ from pack_msgs_py.qos import TOPICS
 from pack_msgs_py.ros_params import declare_parameters
 
 IDLE_PERIOD_S = 1.0
+DIAGNOSTICS_PERIOD_S = 1.0
 #: A timer cannot be shorter; also keeps a scan from being sent just before an arrival.
 MIN_PERIOD_S = 0.001
 THROTTLE_S = 5.0
@@ -80,16 +101,17 @@ class ConveyorNode(Node):
     def _begin(self) -> None:
         self._params = params = declare_parameters(self, ConveyorParameters)
         stream = Stream.open(params.boxes_file, params.count, params.seed)
-        belt = Belt(params.belt_length, params.look_ahead, params.belt_speed, params.speed)
         self._ledger = Ledger(params.state_dir, stream.fingerprint, stream.description)
-        self._conveyor = Conveyor(stream, belt, self._ledger)
+        self._conveyor = make_conveyor(params, stream, self._ledger)
         self._ended = False
 
         self._scans = self.create_publisher(BoxScan, 'box_scan', TOPICS['box_scan'])
         self._events = self.create_publisher(BoxEvent, 'box_event', TOPICS['box_event'])
-        self._timer = self.create_timer(IDLE_PERIOD_S, self._publish_scan)
+        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._timer = self.create_timer(IDLE_PERIOD_S, self._on_timer)
+        self.create_timer(DIAGNOSTICS_PERIOD_S, self._publish_diagnostics)
         self.get_logger().info(
-            f'supplies {stream.description}, belt with {belt.geometry}, '
+            f'supplies {stream.description}, belt with {self._conveyor.geometry}, '
             f'ledger {"in memory" if not params.state_dir else self._ledger.path}'
         )
 
@@ -98,10 +120,14 @@ class ConveyorNode(Node):
             (BoxEvent, 'box_event', self._on_event),
             (BinStateArray, 'bin_state', self._on_bins),
             (BinState, 'bin_closed', self._on_bin_closed),
+            (PlacementReport, 'placement_report', self._on_report),
         ):
             self.create_subscription(kind, topic, callback, TOPICS[topic])
         self.create_subscription(ExecutorState, 'executor_state', self._on_executor_state, 1)
         self.create_service(SetBool, '~/pause', self._on_pause)
+        self.create_service(SetBool, '~/drain', self._on_drain)
+        self.create_service(InsertBox, '~/insert_box', self._on_insert)
+        self.create_service(RemoveBox, '~/remove_box', self._on_remove)
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._use_parameters)
         self._tell(self._conveyor.start(*self._now()))
@@ -122,13 +148,17 @@ class ConveyorNode(Node):
         if outcome.changed:
             self._publish_scan()
 
+    def _on_timer(self) -> None:
+        outcome = self._conveyor.tick(*self._now())
+        self._tell(replace(outcome, changed=True))
+
     def _publish_scan(self) -> None:
         now_s, stamp_s = self._now()
         self._scans.publish(scan_to_ros(self._conveyor.scan(now_s, stamp_s)))
-        arrival_s = self._conveyor.arrival_s(now_s)
-        period = IDLE_PERIOD_S
-        if arrival_s is not None:
-            period = max(MIN_PERIOD_S, min(1.0 / self._params.rate, arrival_s - now_s))
+        period = 1.0 / self._params.rate if self._conveyor.moves(now_s) else IDLE_PERIOD_S
+        change_s = self._conveyor.next_change_s(now_s)
+        if change_s is not None:
+            period = max(MIN_PERIOD_S, min(period, change_s - now_s))
         self._timer.timer_period_ns = round(1e9 * period)
         self._timer.reset()
         if self._conveyor.ended and not self._ended:
@@ -152,8 +182,14 @@ class ConveyorNode(Node):
         self._tell(self._conveyor.on_event(event, *self._now()), 'box_event')
 
     def _on_executor_state(self, msg: ExecutorState) -> None:
-        if msg.mode == ExecutorState.MODE_EXECUTING and msg.active_box_id:
-            self._tell(self._conveyor.on_awaited(msg.active_box_id, *self._now()))
+        executing = msg.mode == ExecutorState.MODE_EXECUTING
+        box_id = msg.active_box_id if executing else ''
+        self._tell(self._conveyor.on_handled(box_id, *self._now()))
+
+    def _on_report(self, msg: PlacementReport) -> None:
+        spent_s = msg.cycle_time + msg.wait_time
+        if math.isfinite(spent_s) and spent_s > 0.0:
+            self._tell(self._conveyor.on_robot_time(spent_s, *self._now()))
 
     def _on_bins(self, msg: BinStateArray) -> None:
         self._on_content('bin_state', msg.bins, time_from_ros(msg.header.stamp))
@@ -171,8 +207,43 @@ class ConveyorNode(Node):
     def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         self._tell(self._conveyor.pause(request.data, *self._now()))
         response.success = True
-        response.message = 'paused' if request.data else 'running'
+        response.message = self._conveyor.condition
         return response
+
+    def _on_drain(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        self._tell(self._conveyor.drain(request.data, *self._now()))
+        response.success = True
+        response.message = self._conveyor.condition
+        return response
+
+    def _on_insert(
+        self, request: InsertBox.Request, response: InsertBox.Response
+    ) -> InsertBox.Response:
+        return self._by_hand(
+            response, lambda: self._conveyor.insert_box(box_from_ros(request.box), *self._now())
+        )
+
+    def _on_remove(
+        self, request: RemoveBox.Request, response: RemoveBox.Response
+    ) -> RemoveBox.Response:
+        return self._by_hand(
+            response, lambda: self._conveyor.remove_box(request.box_id, *self._now())
+        )
+
+    def _by_hand(self, response: Any, do: Callable[[], Outcome]) -> Any:  # noqa: ANN401 - either
+        """Do what the operator asks for; the response says why not."""
+        try:
+            outcome = do()
+        except ValueError as error:
+            response.message = str(error)
+            return response
+        response.success = True
+        self._tell(outcome)
+        return response
+
+    def _publish_diagnostics(self) -> None:
+        name, stamp = self.get_fully_qualified_name(), self.get_clock().now().to_msg()
+        self._diagnostics.publish(diagnostics_to_ros(name, self._conveyor, stamp))
 
     def _complain(self, topic: str, why: str) -> None:
         self.get_logger().warning(f'ignored on {topic}: {why}', throttle_duration_sec=THROTTLE_S)
@@ -192,7 +263,10 @@ class ConveyorNode(Node):
         values = {one.name: one.value for one in changes if one.name in known}
         self._params = params = replace(self._params, **values)
         self._conveyor.tune(
-            self._now()[0], belt_speed=float(params.belt_speed), speed=float(params.speed)
+            self._now()[0],
+            belt_speed=float(params.belt_speed),
+            speed=float(params.speed),
+            max_laps=params.max_laps,
         )
         self._publish_scan()
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from conveyor_sim.arrivals import FORMS as ARRIVALS
+from conveyor_sim.jams import FORMS as JAMS
 from pack_msgs_py.parameters import parameter
 
 
@@ -34,11 +36,48 @@ class ConveyorParameters:
     look_ahead: int = parameter(
         5, 'Boxes on the belt, all of which the planner sees.', low=1, high=6, read_only=True
     )
+    belt_mode: str = parameter(
+        'stop_at_pick',
+        '`stop_at_pick` turns the chosen box to the pick point, the shorter way, and holds it; '
+        '`continuous` runs all the time, and a stop blade holds it for `pick_window`.',
+        choices=('stop_at_pick', 'continuous'),
+        read_only=True,
+    )
     belt_length: float = parameter(
         9.0, 'Length of the loop.', unit='m', low=6.0, high=100.0, read_only=True
     )
     belt_speed: float = parameter(
         1.5, 'Speed of the belt in robot time.', unit='m/s', low=0.05, high=10.0
+    )
+    gap: float = parameter(
+        0.3,
+        'Least free way between two boxes; the longest that can ride is `belt_length` / '
+        '`look_ahead` less this.',
+        unit='m',
+        low=0.05,
+        high=2.0,
+        read_only=True,
+    )
+    pick_window: float = parameter(
+        4.0,
+        'Robot time for which the blade of a continuous belt holds a box; the arm starts in the '
+        'first half of it.',
+        unit='s',
+        low=0.5,
+        high=600.0,
+        read_only=True,
+    )
+    arrivals: str = parameter(
+        'saturated',
+        f'When boxes come to the induct, in robot time: {ARRIVALS}.',
+        read_only=True,
+    )
+    jams: str = parameter('', f'When the belt jams, in robot time: {JAMS}.', read_only=True)
+    max_laps: int = parameter(
+        100,
+        'A box that was passed over more often goes to the reject lane; 0 for any number.',
+        low=0,
+        high=1_000_000,
     )
     speed: float = parameter(
         1.0,

@@ -8,7 +8,6 @@ import sys
 
 import pytest
 
-from conveyor_sim.belt import BeltState
 from conveyor_sim.ledger import FILE_NAME, BoxRecord, Ledger, LedgerError, Place
 from pack_msgs_py.codes import Reason
 
@@ -17,7 +16,7 @@ RECORDS = [
     BoxRecord(1, 'b', Place.REJECTED, None, 0, Reason.OVERSIZE, 'too wide'),
     BoxRecord(2, 'c', Place.ON_BELT, 1),
 ]
-BELT = BeltState(1_800_000, -300, 5)
+SETTINGS = {'belt': '{"offset_um": 1800000}', 'robot_s': '3.5'}
 
 
 def make(folder, fingerprint='f', description='cartons, 40 boxes'):
@@ -26,11 +25,11 @@ def make(folder, fingerprint='f', description='cartons, 40 boxes'):
 
 def test_what_was_saved_is_read_back(tmp_path):
     ledger = make(tmp_path / 'new' / 'folder')
-    ledger.save(RECORDS, BELT)
+    ledger.save(RECORDS, SETTINGS)
     ledger.close()
     again = make(tmp_path / 'new' / 'folder')
     assert again.records() == RECORDS
-    assert again.belt_state() == BELT
+    assert {key: again.setting(key) for key in SETTINGS} == SETTINGS
     assert again.setting('scan_sequence', '0') == '0'
 
 
@@ -38,9 +37,8 @@ def test_a_killed_process_loses_nothing_that_it_had_saved(tmp_path):
     code = (
         'import os, sys\n'
         'from conveyor_sim.ledger import *\n'
-        'from conveyor_sim.belt import BeltState\n'
         'ledger = Ledger(sys.argv[1], "f", "d")\n'
-        'ledger.save([BoxRecord(0, "a", Place.ON_BELT, 3)], BeltState(7, 8, 9))\n'
+        'ledger.save([BoxRecord(0, "a", Place.ON_BELT, 3)], {"belt": "x"})\n'
         'ledger._db.execute("BEGIN")\n'
         'ledger._db.execute("UPDATE boxes SET place = \'lost\'")\n'
         'os.kill(os.getpid(), 9)\n'
@@ -49,23 +47,23 @@ def test_a_killed_process_loses_nothing_that_it_had_saved(tmp_path):
     assert done.returncode == -9
     ledger = make(tmp_path)
     assert ledger.records() == [BoxRecord(0, 'a', Place.ON_BELT, 3)]
-    assert ledger.belt_state() == BeltState(7, 8, 9)
+    assert ledger.setting('belt') == 'x'
 
 
 def test_a_save_that_fails_writes_nothing(tmp_path):
     ledger = make(tmp_path)
-    ledger.save(RECORDS, BELT)
+    ledger.save(RECORDS, SETTINGS)
     bad = BoxRecord(4, None, Place.ON_BELT)
     with pytest.raises(LedgerError, match='cannot be used'):
-        ledger.save([BoxRecord(3, 'd', Place.ON_BELT), bad], BeltState())
+        ledger.save([BoxRecord(3, 'd', Place.ON_BELT), bad], {})
     assert ledger.records() == RECORDS
-    assert ledger.belt_state() == BELT
+    assert {key: ledger.setting(key) for key in SETTINGS} == SETTINGS
 
 
 def test_counts_add_up_to_what_was_given_out():
     ledger = make('')
     assert sum(ledger.counts().values()) == 0
-    ledger.save(RECORDS, BELT)
+    ledger.save(RECORDS, SETTINGS)
     assert ledger.counts()[Place.REJECTED] == 1
     assert sum(ledger.counts().values()) == 3
 

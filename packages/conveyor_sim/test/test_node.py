@@ -202,7 +202,13 @@ def test_speed_can_be_set_while_running_but_not_to_nonsense(start, observer):
     assert request('speed', 0.0).successful
     decide(observer, 'b3')
     observer.wait_for(lambda scan: ids(scan)[0] == 'b3')
-    for name, value in (('speed', -1.0), ('speed', math.nan), ('look_ahead', 3), ('rate', 0.0)):
+    for name, value in (
+        ('speed', -1.0),
+        ('speed', math.nan),
+        ('belt_speed', 0.0),
+        ('look_ahead', 3),
+        ('rate', 0.0),
+    ):
         assert not request(name, value).successful
     assert node.get_parameter('speed').value == 0.0
 

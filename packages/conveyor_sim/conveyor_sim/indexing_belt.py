@@ -1,39 +1,24 @@
-"""The circular belt: slots on a loop, how it moves, where each box is.
+"""The belt that brings: it turns the chosen box to the pick point, the shorter way, and stops.
 
-The loop runs over and under: along the top strand away from the pick point, down a lift, back on
-the return strand below, and up a lift to the pick point. A place on it is ``s``, the way from the
-pick point along the top strand, 0 <= s < length; forward motion makes ``s`` smaller. Slots stand
-at equal pitch, and all move together, either way.
-
-Motion is a function of the time that each call is given; nothing here waits or reads a clock.
-Places are whole micrometres, so that a slot is at the pick point exactly or not at all.
+Slots stand at equal pitch and all move together, either way. Motion is a function of the time
+that each call is given; nothing here waits or reads a clock. Places are whole micrometres, so
+that a slot is at the pick point exactly or not at all.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import json
+from dataclasses import asdict, dataclass
 
-from pack_msgs_py.cell_values import Pose
+from conveyor_sim.loop import OnBelt, longest_along_m, ride_refusal
 from pack_msgs_py.values import Box, Vec3
-
-PICK_Y_M = 0.55
-TOP_Z_M = 0.75
-RETURN_Z_M = 0.25
-LIFT_M = TOP_Z_M - RETURN_Z_M
-
-#: The arm's infeed is 0.7 m wide.
-MAX_ACROSS_MM = 660.0
-#: Higher boxes on the return strand would touch the top strand.
-MAX_HEIGHT_MM = 500.0
-#: Free way between two boxes on the loop.
-MIN_GAP_M = 0.05
 
 _UM = 1_000_000
 
 
 @dataclass(frozen=True)
-class BeltState:
-    """Where the belt is, in micrometres: what a restart needs to go on.
+class _State:
+    """Where the belt is, in micrometres.
 
     ``travel_um`` is how far it still has to move, signed; ``pick_offset_um`` where it was when a
     box was last picked.
@@ -44,19 +29,6 @@ class BeltState:
     pick_offset_um: int = 0
 
 
-@dataclass(frozen=True)
-class OnBelt:
-    """One box on the belt at one instant. ``arrived_s`` is ``None`` unless it can be picked."""
-
-    box: Box
-    slot: int
-    s_m: float
-    distance_m: float
-    travel_time_s: float
-    laps: int
-    arrived_s: float | None
-
-
 @dataclass
 class _Rider:
     box: Box
@@ -64,8 +36,10 @@ class _Rider:
     since_s: float
 
 
-class Belt:
-    """Slots on the loop and the boxes that ride on them.
+class IndexingBelt:
+    """A :class:`conveyor_sim.loop.Belt` that stops at the pick point.
+
+    A box has a lap more each time that another one is picked: it was passed over once.
 
     Parameters
     ----------
@@ -73,15 +47,23 @@ class Belt:
     slots : how many boxes it holds, the look-ahead.
     belt_speed : m/s of robot time.
     speed : robot seconds per second of the time that calls are given; 0 moves at once.
+    gap_m : free way between two of the longest boxes.
     """
 
     def __init__(
-        self, length_m: float, slots: int, belt_speed: float = 1.5, speed: float = 1.0
+        self,
+        length_m: float,
+        slots: int,
+        belt_speed: float = 1.5,
+        speed: float = 1.0,
+        *,
+        gap_m: float = 0.3,
     ) -> None:
+        self._along_m = longest_along_m(length_m, slots, gap_m)
         self._length = round(length_m * _UM)
         self._phase = [index * self._length // slots for index in range(slots)]
         self._riders: list[_Rider | None] = [None] * slots
-        self._state = BeltState()
+        self._state = _State()
         self._since_s = 0.0
         self._arrived_s = 0.0
         self._belt_speed = belt_speed
@@ -90,7 +72,7 @@ class Belt:
 
     @property
     def geometry(self) -> str:
-        """Equal for belts on which a :class:`BeltState` means the same."""
+        """Equal for belts on which a state means the same."""
         return f'{len(self._phase)} slots on {self._length / _UM:g} m'
 
     @property
@@ -98,15 +80,15 @@ class Belt:
         """Whether no box rides."""
         return all(rider is None for rider in self._riders)
 
-    def restore(self, state: BeltState, now_s: float) -> None:
+    def restore(self, state: str, now_s: float) -> None:
         """Go on from ``state``; a motion that was under way starts again from there."""
-        self._state = state
+        self._state = _State(**json.loads(state)) if state else _State()
         self._since_s = self._arrived_s = now_s
 
-    def state(self, now_s: float) -> BeltState:
-        """What :meth:`restore` needs."""
+    def state(self, now_s: float) -> str:
+        """What :meth:`restore` needs, as JSON."""
         self._advance(now_s)
-        return self._state
+        return json.dumps(asdict(self._state))
 
     def set_motion(
         self,
@@ -124,32 +106,13 @@ class Belt:
 
     def refusal(self, box: Box) -> str:
         """Why ``box`` cannot ride on this belt; empty when it can."""
-        along = 1000.0 * (self._length / _UM / len(self._phase) - MIN_GAP_M)
-        limits = (
-            ('x', MAX_ACROSS_MM, 'across the belt'),
-            ('y', along, 'along the belt'),
-            ('z', MAX_HEIGHT_MM, 'in height'),
-        )
-        for (axis, limit, where), edge in zip(limits, box.size_mm, strict=True):
-            if edge > limit:
-                return f'size {axis} is {edge:g} mm; {where} at most {limit:g} mm fit'
-        return ''
+        return ride_refusal(box, self._along_m)
 
-    def free_slots(self, now_s: float) -> list[int]:
-        """Empty slots, nearest to the pick point first."""
+    def room_for(self, box: Box, now_s: float) -> int | None:
+        """The empty slot nearest to the pick point."""
         self._advance(now_s)
         empty = [slot for slot, rider in enumerate(self._riders) if rider is None]
-        return sorted(empty, key=self._nearness)
-
-    def nearest_slot(self, now_s: float) -> int:
-        """The slot nearest to the pick point, empty or not."""
-        self._advance(now_s)
-        return min(range(len(self._riders)), key=self._nearness)
-
-    def occupant(self, slot: int) -> Box | None:
-        """The box in a slot."""
-        rider = self._riders[slot]
-        return None if rider is None else rider.box
+        return min(empty, key=self._nearness, default=None)
 
     def put(self, box: Box, slot: int, now_s: float, laps: int = 0) -> None:
         """Lay ``box`` into an empty slot."""
@@ -158,6 +121,18 @@ class Belt:
             msg = f'slot {slot} is taken, box {box.id!r} cannot go there'
             raise ValueError(msg)
         self._riders[slot] = _Rider(box, laps, now_s)
+
+    def put_back(
+        self, box: Box, slot: int | None, now_s: float, laps: int
+    ) -> tuple[int, list[tuple[Box, int]]]:
+        """Lay ``box`` into the gap that it left, and bring it; who was fed there makes room."""
+        self._advance(now_s)
+        if slot is None:
+            slot = min(range(len(self._riders)), key=self._nearness)
+        guest, self._riders[slot] = self._riders[slot], None
+        self.put(box, slot, now_s, laps)
+        self.bring(slot, now_s)
+        return slot, [] if guest is None else [(guest.box, guest.laps)]
 
     def take(self, slot: int, now_s: float, *, picked: bool) -> int:
         """Empty a slot and return the laps of the box that was in it.
@@ -170,7 +145,10 @@ class Belt:
         if picked:
             at_pick = -self._phase[slot] % self._length
             state = self._state
-            self._state = BeltState(state.offset_um, state.travel_um, at_pick)
+            self._state = _State(state.offset_um, state.travel_um, at_pick)
+            for other in self._riders:
+                if other is not None:
+                    other.laps += 1
         return 0 if rider is None else rider.laps
 
     def bring(self, slot: int, now_s: float) -> None:
@@ -180,7 +158,7 @@ class Belt:
         travel = -place if 2 * place <= self._length else self._length - place
         if self._state.travel_um and not travel:
             self._arrived_s = now_s
-        self._state = BeltState(self._state.offset_um, travel, self._state.pick_offset_um)
+        self._state = _State(self._state.offset_um, travel, self._state.pick_offset_um)
         self._advance(now_s)
 
     def brings(self, slot: int) -> bool:
@@ -197,7 +175,7 @@ class Belt:
                 continue
             place = self._place(slot)
             before = (self._phase[slot] + self._state.pick_offset_um) % self._length
-            pickable = place == 0 and self._state.travel_um == 0
+            held = place == 0 and self._state.travel_um == 0
             found.append(
                 OnBelt(
                     box=rider.box,
@@ -206,12 +184,17 @@ class Belt:
                     distance_m=self._distance(place) / _UM,
                     travel_time_s=self._distance(before) / _UM / self._belt_speed,
                     laps=rider.laps,
-                    arrived_s=max(self._arrived_s, rider.since_s) if pickable else None,
+                    held=held,
+                    opens_s=max(self._arrived_s, rider.since_s) if held else None,
                 )
             )
         return found
 
-    def arrival_s(self, now_s: float) -> float | None:
+    def moves(self, now_s: float) -> bool:
+        """Whether a motion is under way."""
+        return self.next_change_s(now_s) is not None
+
+    def next_change_s(self, now_s: float) -> float | None:
         """When the motion under way ends; ``None`` at rest and while paused."""
         self._advance(now_s)
         if not self._state.travel_um or self._paused:
@@ -220,14 +203,14 @@ class Belt:
 
     def velocity(self, now_s: float) -> Vec3:
         """Velocity of the top strand in the cell frame, metres per second of the given time."""
-        if self.arrival_s(now_s) is None:
+        if not self.moves(now_s):
             return (0.0, 0.0, 0.0)
         speed = self._rate() / _UM
         return (0.0, speed if self._state.travel_um > 0 else -speed, 0.0)
 
-    def pose(self, item: OnBelt) -> Pose:
-        """Pose of a box's centre in the cell frame, metres; its axes along those of the cell."""
-        return loop_pose(item.s_m, self._length / _UM, item.box.size_mm)
+    def missed(self) -> list[str]:
+        """None: a box is held until it is picked."""
+        return []
 
     def _rate(self) -> float:
         """Micrometres per second of the given time."""
@@ -244,7 +227,7 @@ class Belt:
         return (self._distance(place), place)
 
     def _advance(self, now_s: float) -> None:
-        """Bring offset, travel and laps up to ``now_s``."""
+        """Bring offset and travel up to ``now_s``."""
         travel = self._state.travel_um
         elapsed = max(0.0, now_s - self._since_s)
         start_s, self._since_s = self._since_s, max(now_s, self._since_s)
@@ -252,37 +235,8 @@ class Belt:
             return
         way = abs(travel) if self._speed == 0 else min(abs(travel), int(self._rate() * elapsed))
         step = way if travel > 0 else -way
-        for slot, rider in enumerate(self._riders):
-            if rider is not None:
-                rider.laps += self._passes(self._place(slot), step)
         offset = (self._state.offset_um + step) % self._length
-        self._state = BeltState(offset, travel - step, self._state.pick_offset_um)
+        self._state = _State(offset, travel - step, self._state.pick_offset_um)
         if step == travel:
             at_once = self._speed == 0
             self._arrived_s = now_s if at_once else start_s + abs(travel) / self._rate()
-
-    def _passes(self, place: int, step: int) -> int:
-        """How often a box at ``place`` leaves the pick point behind in a move of ``step``."""
-        if step == 0:
-            return 0
-        if step < 0:
-            return place // self._length - (place + step) // self._length
-        return -(-(place + step) // self._length) + (-place // self._length)
-
-
-def loop_pose(s_m: float, length_m: float, size_mm: Vec3) -> Pose:
-    """Pose of the centre of a box whose front face is at ``s_m`` on the loop, cell frame, metres.
-
-    At ``s_m`` = 0 the front face, the one with the lowest y, is at y = 0.55 m.
-    """
-    strand = length_m / 2 - LIFT_M
-    if s_m <= strand:
-        front, base = s_m, TOP_Z_M
-    elif s_m <= strand + LIFT_M:
-        front, base = strand, TOP_Z_M - (s_m - strand)
-    elif s_m <= 2 * strand + LIFT_M:
-        front, base = 2 * strand + LIFT_M - s_m, RETURN_Z_M
-    else:
-        front, base = 0.0, RETURN_Z_M + (s_m - 2 * strand - LIFT_M)
-    depth, height = size_mm[1] / 1000.0, size_mm[2] / 1000.0
-    return Pose((0.0, PICK_Y_M + front + depth / 2, base + height / 2))

@@ -1,0 +1,153 @@
+"""When boxes come to the induct, in robot time.
+
+A model is a sequence of times that depends on nothing but its own description and the seed, so a
+restart at any robot time goes on with the same boxes at the same times. A box that has come waits
+upstream until the belt has room for it.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable, Iterator
+from itertools import count
+from pathlib import Path
+
+#: What the parameter `arrivals` may be, for messages and help.
+FORMS = 'saturated, poisson:BOXES_PER_HOUR, bursts:SIZE,GAP_S or recorded:FILE'
+
+
+class Arrivals:
+    """A sequence of arrival times, each not earlier than the one before."""
+
+    def __init__(self, times: Iterator[float] | None, description: str) -> None:
+        self.description = description
+        self._times = times
+        self._count = 0
+        self._next_s = math.inf if times is None else next(times)
+
+    def arrived(self, robot_s: float) -> float:
+        """How many boxes have come until then; infinite when there is always another one.
+
+        ``robot_s`` must not be earlier than in the call before.
+        """
+        if self._times is None:
+            return math.inf
+        while self._next_s <= robot_s:
+            self._count += 1
+            self._next_s = next(self._times)
+        return self._count
+
+    def next_s(self, number: float, robot_s: float) -> float | None:
+        """When there will be more than ``number`` boxes; ``None`` when there are already."""
+        if self.arrived(robot_s) > number:
+            return None
+        return self._next_s
+
+
+def find_arrivals(text: str, seed: int = 0) -> Arrivals:
+    """The model that the parameter `arrivals` asks for.
+
+    Raises
+    ------
+    ValueError
+        The text, a number in it, or the file cannot be used.
+    """
+    kind, _, rest = text.strip().partition(':')
+    makers: dict[str, Callable[[str, int], Iterator[float] | None]] = {
+        'saturated': _saturated,
+        'poisson': _poisson,
+        'bursts': _bursts,
+        'recorded': _recorded,
+    }
+    if kind not in makers:
+        msg = f'arrivals is {text!r}; it must be {FORMS}'
+        raise ValueError(msg)
+    return Arrivals(makers[kind](rest, seed), text.strip())
+
+
+def _saturated(rest: str, seed: int) -> None:
+    if rest:
+        msg = f'arrivals saturated takes nothing, {rest!r} was given'
+        raise ValueError(msg)
+
+
+def _poisson(rest: str, seed: int) -> Iterator[float]:
+    per_hour = _number('poisson', 'boxes per hour', rest)
+    return _exponential_sums(per_hour / 3600.0, f'arrivals/{seed}')
+
+
+def _exponential_sums(per_second: float, seed: str) -> Iterator[float]:
+    draws, at_s = random.Random(seed), 0.0
+    while True:
+        at_s += draws.expovariate(per_second)
+        yield at_s
+
+
+def _bursts(rest: str, seed: int) -> Iterator[float]:
+    size, comma, gap = rest.partition(',')
+    if not comma or not size.strip().isdecimal() or int(size) < 1:
+        msg = f'arrivals bursts:{rest} must be a whole number of boxes from 1 on, and the seconds'
+        raise ValueError(msg)
+    gap_s, boxes = _number('bursts', 'seconds', gap), int(size)
+    return (burst * gap_s for burst in count() for _ in range(boxes))
+
+
+def _recorded(rest: str, seed: int) -> Iterator[float]:
+    times = read_times(Path(rest).expanduser())
+    return (turn * times[-1] + one for turn in count() for one in times)
+
+
+def read_times(path: Path) -> list[float]:
+    """Time stamps of a file, seconds since the first line, one in a line.
+
+    Empty lines, and lines that begin with ``#``, are passed over. The first column counts where
+    there are more, separated by commas; a first line without a number is a header.
+
+    Raises
+    ------
+    ValueError
+        The file cannot be read, holds no time after 0, or its times do not grow.
+    """
+    try:
+        lines = path.read_text(encoding='utf-8').splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        msg = f'arrivals: {path} cannot be read: {error}'
+        raise ValueError(msg) from error
+    times: list[float] = []
+    first: float | None = None
+    for number, line in enumerate(lines, 1):
+        field = line.split(',')[0].strip()
+        if not field or field.startswith('#'):
+            continue
+        try:
+            value = float(field)
+        except ValueError:
+            if not times and number == 1:
+                continue
+            msg = f'arrivals: {path}, line {number}: {field!r} is not a number of seconds'
+            raise ValueError(msg) from None
+        if not math.isfinite(value):
+            msg = f'arrivals: {path}, line {number}: {field} is not finite'
+            raise ValueError(msg)
+        first = value if first is None else first
+        if times and value - first < times[-1]:
+            msg = f'arrivals: {path}, line {number}: {field} s is before the line above'
+            raise ValueError(msg)
+        times.append(value - first)
+    if not times or times[-1] <= 0.0:
+        msg = f'arrivals: {path} must hold at least two different times'
+        raise ValueError(msg)
+    return times
+
+
+def _number(kind: str, unit: str, text: str) -> float:
+    """A finite number above zero."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value) or value <= 0.0:
+        msg = f'arrivals {kind}: {text!r} must be {unit}, a finite number above 0'
+        raise ValueError(msg)
+    return value

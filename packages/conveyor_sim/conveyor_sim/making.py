@@ -1,0 +1,39 @@
+"""The conveyor that the parameters ask for."""
+
+from __future__ import annotations
+
+from conveyor_sim.arrivals import find_arrivals
+from conveyor_sim.conveyor import Conveyor
+from conveyor_sim.indexing_belt import IndexingBelt
+from conveyor_sim.jams import find_jams
+from conveyor_sim.ledger import Ledger
+from conveyor_sim.loop import Belt
+from conveyor_sim.outcome import Plan
+from conveyor_sim.parameters import ConveyorParameters
+from conveyor_sim.running_belt import RunningBelt
+from conveyor_sim.streams import Stream
+
+
+def make_belt(p: ConveyorParameters) -> Belt:
+    """The belt of `belt_mode`; ``ValueError`` when the look-ahead does not fit on it."""
+    if p.belt_mode == 'continuous':
+        return RunningBelt(
+            p.belt_length,
+            p.look_ahead,
+            p.belt_speed,
+            p.speed,
+            gap_m=p.gap,
+            window_s=p.pick_window,
+        )
+    return IndexingBelt(p.belt_length, p.look_ahead, p.belt_speed, p.speed, gap_m=p.gap)
+
+
+def make_conveyor(p: ConveyorParameters, stream: Stream, ledger: Ledger) -> Conveyor:
+    """A conveyor that has not been started; ``ValueError`` when a parameter cannot be used."""
+    plan = Plan(
+        arrivals=find_arrivals(p.arrivals, p.seed),
+        jams=find_jams(p.jams, p.seed),
+        max_laps=p.max_laps,
+        speed=p.speed,
+    )
+    return Conveyor(stream, make_belt(p), ledger, length_m=p.belt_length, plan=plan)

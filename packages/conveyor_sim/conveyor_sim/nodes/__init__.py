@@ -1,0 +1,1 @@
+"""What of the node is not its wiring; the only place besides `node.py` that knows ROS."""

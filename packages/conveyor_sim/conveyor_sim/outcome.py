@@ -1,0 +1,37 @@
+"""What a call of the conveyor changed, and how the belt is worked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from conveyor_sim.arrivals import Arrivals, find_arrivals
+from conveyor_sim.jams import Jams, find_jams
+from pack_msgs_py.cell_values import BoxEvent
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Whether the scan is another, events to publish, news for people.
+
+    ``repeated`` are events of an earlier run, for those who were not there; ``complaints`` say
+    what in a message made no sense.
+    """
+
+    changed: bool = False
+    events: tuple[BoxEvent, ...] = ()
+    repeated: tuple[BoxEvent, ...] = ()
+    notes: tuple[str, ...] = ()
+    complaints: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Plan:
+    """When boxes come, when the belt jams, how often a box may be passed over.
+
+    ``max_laps`` is 0 for any number; ``speed`` is robot seconds per second.
+    """
+
+    arrivals: Arrivals = field(default_factory=lambda: find_arrivals('saturated'))
+    jams: Jams = field(default_factory=lambda: find_jams(''))
+    max_laps: int = 0
+    speed: float = 1.0
