@@ -250,6 +250,11 @@ def pick_pose(layout: Layout, size_mm: Vec3) -> Pose:
     return Pose((0.0, belt.front_y + size_mm[1] / 2000, belt.top_z + size_mm[2] / 2000))
 
 
+def lifting_limit(layout: Layout) -> float:
+    """Heaviest box that the robot lifts with its mast, held vertical, kg (data sheet)."""
+    return find_arm(layout.robot).payload_tool_down - layout.tool.mass
+
+
 def check_layout(layout: Layout, bins: Mapping[str, BinSpec]) -> Layout:
     """Return ``layout`` when it can be built with ``bins`` by station; else :class:`LayoutError`.
 

@@ -10,8 +10,10 @@ from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from arm_executor.layout import Layout, LayoutError
+from arm_executor.layout import Layout, LayoutError, check_layout
+from arm_executor.reach import check_reach
 from arm_executor.robot.parameters import ARMS
+from pack_msgs_py.values import BinSpec
 
 
 def find_layout(path: str, robot: str = '') -> Layout:
@@ -25,6 +27,22 @@ def find_layout(path: str, robot: str = '') -> Layout:
     if path:
         return load_layout(Path(path), robot)
     return _with_robot(Layout(), robot or Layout.robot)
+
+
+def layout_for(path: str, robot: str, bins: Mapping[str, BinSpec], with_arm: bool) -> Layout:
+    """The layout of :func:`find_layout`, checked for ``bins`` (kind by station).
+
+    ``with_arm`` is whether a robot has to reach them.
+
+    Raises
+    ------
+    LayoutError
+        It cannot be read, built or served by the robot.
+    """
+    layout = check_layout(find_layout(path, robot), bins)
+    if with_arm:
+        check_reach(layout, bins)
+    return layout
 
 
 def load_layout(path: Path, robot: str = '') -> Layout:

@@ -6,7 +6,7 @@
 - service `swap_bin` (SwapBin): close a bin, open an empty one
 - service `~/pause` (SetBool), `~/reset` (Trigger)
 - publishes `bin_state`, `bin_closed`, `box_event`, `placement_report`, `executor_state` (10 Hz),
-  `joint_states` (20 Hz while moving), `/diagnostics` (1 Hz)
+  `/diagnostics` (1 Hz), and for viewers what :mod:`arm_executor.nodes.views` lists
 - subscribes to `box_scan`, and for the simulated arms to `true_boxes` (BoxScan)
 """
 
@@ -35,7 +35,8 @@ from arm_executor.arms import make_arm
 from arm_executor.bins import STATIONS, BinBook, BookError
 from arm_executor.core import ExecutorCore
 from arm_executor.journal import Journal, JournalError
-from arm_executor.layout import Layout, check_layout, pick_pose
+from arm_executor.layout import Layout, pick_pose
+from arm_executor.layout_file import layout_for
 from arm_executor.nodes.messages import (
     candidate,
     feedback_to_ros,
@@ -44,6 +45,7 @@ from arm_executor.nodes.messages import (
     unusable_goal,
 )
 from arm_executor.nodes.publishers import Publishers
+from arm_executor.nodes.views import Views
 from arm_executor.outputs import (
     BinClosed,
     BinsChanged,
@@ -67,7 +69,6 @@ from pack_msgs_py.codes import ErrorCode, Mode
 from pack_msgs_py.ros_params import declare_parameters
 from pack_msgs_py.values import parse_bin
 
-JOINTS_PERIOD_S = 0.05
 DIAGNOSTICS_PERIOD_S = 1.0
 #: The process must be gone 3 s after a signal; a motion that does not stop is left behind.
 STOP_TIMEOUT_S = 2.0
@@ -82,7 +83,6 @@ def arm_from(parameters: Parameters, layout: Layout, truth: Truth) -> Arm:
     return make_arm(
         parameters.arm,
         layout=layout,
-        robot=parameters.robot,
         speed=parameters.speed,
         tolerance_mm=parameters.tolerance_mm,
         angle_tolerance_deg=parameters.angle_tolerance_deg,
@@ -110,11 +110,14 @@ class ArmExecutor(Node):
         self._handles: dict[bytes, ServerGoalHandle] = {}
         self._results: dict[bytes, PlaceBox.Result] = {}
         self._mode = Mode.INACTIVE
-        self._layout = Layout()
         parameters = declare_parameters(self, Parameters)
         spec = parse_bin(parameters.bin_type)
-        settings = settings_from(parameters)
-        check_layout(self._layout, dict.fromkeys(STATIONS[: parameters.open_bins], spec))
+        with_arm = parameters.arm == 'physics'
+        stations = STATIONS[: parameters.open_bins]
+        self._layout = layout_for(
+            parameters.layout, parameters.robot, dict.fromkeys(stations, spec), with_arm
+        )
+        settings = settings_from(parameters, self._layout)
         self._journal = Journal(parameters.state_dir, configuration(spec, settings.profile))
         self._book = BinBook(self._journal, spec, parameters.open_bins, self._now_s)
         # What is in the bins outlives a restart only where a world is rebuilt from it.
@@ -128,6 +131,7 @@ class ArmExecutor(Node):
             wall=self._now_s,
         )
         self._publish = Publishers(self)
+        self._views = Views(self, self._layout, spec, self._core.joints, with_arm)
         self._wake = self.create_guard_condition(self._drain)
         self._make_interfaces()
         self._core.start()
@@ -154,7 +158,6 @@ class ArmExecutor(Node):
             result_timeout=RESULT_TIMEOUT_S,
         )
         self.create_timer(qos.HEARTBEAT_PERIOD_S, self._beat)
-        self.create_timer(JOINTS_PERIOD_S, self._publish_joints)
         self.create_timer(DIAGNOSTICS_PERIOD_S, self._publish_diagnostics)
 
     def _now_s(self) -> float:
@@ -270,6 +273,7 @@ class ArmExecutor(Node):
         for text in errors:
             self.get_logger().warning(text, throttle_duration_sec=5.0)
         self._core.on_scan(scan)
+        self._views.scan(scan)
 
     def _on_truth(self, msg: BoxScan) -> None:
         try:
@@ -298,8 +302,10 @@ class ArmExecutor(Node):
         match output:
             case Happened():
                 self._publish.event(output)
+                self._views.happened(output.event)
             case BinsChanged():
                 self._publish.bins(output)
+                self._views.bins(output.state)
             case BinClosed():
                 self._publish.closed(output)
             case Progress():
@@ -348,10 +354,6 @@ class ArmExecutor(Node):
         status = self._core.status()
         self._mode = status.mode
         self._publish.heartbeat(status)
-
-    def _publish_joints(self) -> None:
-        if self._mode is Mode.EXECUTING:
-            self._publish.joints(*self._core.joints())
 
     def _publish_diagnostics(self) -> None:
         self._publish.diagnostics(self._core.status(), self._book.state)

@@ -6,7 +6,9 @@ import math
 from dataclasses import dataclass, replace
 
 from arm_executor.arms import ARMS
+from arm_executor.layout import Layout, lifting_limit
 from arm_executor.outcome import Tolerance
+from arm_executor.robot.parameters import ARMS as ROBOTS
 from pack_msgs_py.orientation import ORIENTATION_RULES
 from pack_msgs_py.parameters import parameter
 from pack_msgs_py.profiles import PROFILES, Profile
@@ -22,7 +24,17 @@ class Parameters:
         choices=ARMS,
         read_only=True,
     )
-    robot: str = parameter('ur20', 'Robot model of the arm `physics`.', read_only=True)
+    robot: str = parameter(
+        '',
+        'Robot model of the arm `physics`; empty for that of the layout.',
+        choices=('', *ROBOTS),
+        read_only=True,
+    )
+    layout: str = parameter(
+        '',
+        'File that says where everything stands, like `config/layout.yaml`; empty for the default.',
+        read_only=True,
+    )
     bin_type: str = parameter(
         'LDC', 'Kind of every bin: LDC, RC, PAL, EQ, SYN or LxBxH in centimetres.', read_only=True
     )
@@ -100,13 +112,19 @@ class Settings:
     enforce_deadline: bool = True
 
 
-def settings_from(parameters: Parameters) -> Settings:
-    """The core's settings; parameters have been checked before."""
+def settings_from(parameters: Parameters, layout: Layout | None = None) -> Settings:
+    """The core's settings; parameters have been checked before.
+
+    Where the robot of ``layout`` lifts less than the profile allows, that is the limit.
+    """
     profile = PROFILES[parameters.profile]
     if parameters.orientations:
         profile = replace(profile, orientations=parameters.orientations)
     if parameters.size_sigmas >= 0:
         profile = replace(profile, size_sigmas=parameters.size_sigmas)
+    if layout is not None and parameters.arm == 'physics':
+        lift = min(lifting_limit(layout), profile.max_payload_kg or math.inf)
+        profile = replace(profile, max_payload_kg=lift)
     return Settings(
         profile=profile,
         tolerance=Tolerance(

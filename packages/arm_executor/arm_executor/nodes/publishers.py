@@ -1,4 +1,4 @@
-"""Everything the node publishes."""
+"""What the node tells the rest of the cell."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import Any
 from builtin_interfaces.msg import Time as TimeMsg
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
-from sensor_msgs.msg import JointState
 
 from arm_executor.bins import BookState
 from arm_executor.core import Status
@@ -33,7 +32,6 @@ class Publishers:
         self._reports = publisher(PlacementReport, 'placement_report')
         self._events = publisher(BoxEvent, 'box_event')
         self._state = publisher(ExecutorState, 'executor_state')
-        self._joints = node.create_publisher(JointState, 'joint_states', 10)
         self._diagnostics = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._frames: dict[str, str] = {}
 
@@ -75,13 +73,6 @@ class Publishers:
         msg.header.stamp = self._stamp()
         self._state.publish(msg)
         self._state.assert_liveliness()
-
-    def joints(self, names: tuple[str, ...], positions: tuple[float, ...]) -> None:
-        """Where the arm is; an arm without joints has nothing to say."""
-        if names:
-            msg = JointState(name=list(names), position=list(positions))
-            msg.header.stamp = self._stamp()
-            self._joints.publish(msg)
 
     def diagnostics(self, status: Status, bins: BookState) -> None:
         """Mode and bins for `/diagnostics` (REP 107)."""

@@ -1,0 +1,207 @@
+"""What viewers see: transforms, joints, the robot's description, markers."""
+
+from __future__ import annotations
+
+import threading
+
+import numpy as np
+import pytest
+
+pytest.importorskip('pybullet')
+pytest.importorskip('toppra')
+
+from executor_bench import TIMEOUT_S, Bench, Process, Spinner
+from executor_cases import make_box, make_decision
+from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import Marker, MarkerArray
+
+from arm_executor.admission import rotation_matrix
+from arm_executor.layout import Layout, bin_frame
+from arm_executor.node import ArmExecutor
+from arm_executor.robot.kinematics import CellKinematics
+from arm_executor.robot.parameters import ARMS
+from pack_msgs_py import qos
+from pack_msgs_py.cell_values import Pose
+from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.values import parse_bin
+
+pytestmark = pytest.mark.ros
+
+
+@pytest.fixture
+def spinners(ros_domain):
+    made = [Spinner(), Spinner()]
+    yield made
+    for one in made:
+        one.close()
+
+
+@pytest.fixture
+def start(spinners):
+    """Start the executor with the physics arm; returns a bench that talks to it."""
+
+    def run(**parameters):
+        values = {'speed': 0.0, 'open_bins': 1, **parameters}
+        node = ArmExecutor(
+            context=spinners[0].context,
+            parameter_overrides=[Parameter(key, value=value) for key, value in values.items()],
+        )
+        spinners[0].add(node)
+        bench = Bench(spinners[1].context)
+        spinners[1].add(bench.node)
+        bench.executor_node = node
+        return bench.ready()
+
+    return run
+
+
+class Heard:
+    """Messages of one topic, for a late listener."""
+
+    def __init__(self, bench, kind, topic, profile):
+        self.messages, self._news = [], threading.Condition()
+        bench.node.create_subscription(kind, topic, self._hear, profile)
+
+    def _hear(self, msg):
+        with self._news:
+            self.messages.append(msg)
+            self._news.notify_all()
+
+    def wait(self, condition=bool):
+        with self._news:
+            assert self._news.wait_for(lambda: condition(self.messages), TIMEOUT_S)
+        return self.messages
+
+
+def matrix(transform):
+    turn, shift = transform.rotation, transform.translation
+    pose = np.eye(4)
+    pose[:3, :3] = rotation_matrix((turn.x, turn.y, turn.z, turn.w))
+    pose[:3, 3] = shift.x, shift.y, shift.z
+    return pose
+
+
+def follow(transforms, child):
+    """Pose of frame ``child`` in `cell`."""
+    parents = {one.child_frame_id: one for one in transforms}
+    pose = np.eye(4)
+    while child != 'cell':
+        pose = matrix(parents[child].transform) @ pose
+        child = parents[child].header.frame_id
+    return pose
+
+
+@pytest.mark.parametrize('robot', ['ur20', 'ur10e'])
+def test_transforms_lead_to_the_pad_and_to_the_bins(start, robot):
+    bench = start(robot=robot)
+    fixed = Heard(bench, TFMessage, '/tf_static', qos.STATE).wait()[0].transforms
+    moving = Heard(bench, TFMessage, '/tf', QoSProfile(depth=100))
+    states = Heard(bench, JointState, 'joint_states', QoSProfile(depth=100))
+    box = make_box()
+    bench.show(box, presented=box.id)
+    _, result = bench.place(make_decision(box))
+    assert result.error_code == ErrorCode.NONE, result.error_msg
+    kinematics, layout = CellKinematics(ARMS[robot], Layout(robot=robot)), Layout()
+    states.wait(lambda messages: len(messages) > 3)
+    places = set()
+    for state in states.messages:
+        stamp = state.header.stamp
+        found = [one for one in moving.messages if one.transforms[0].header.stamp == stamp]
+        if not found:
+            continue
+        pad = follow([*fixed, *found[0].transforms], 'tcp')
+        assert np.abs(pad - kinematics.tool(list(state.position))[0]).max() < 1e-9
+        places.add(tuple(np.round(pad[:3, 3], 3)))
+    assert len(places) > 1, 'the arm was not seen moving'
+    for station in 'ABC':
+        expected = bin_frame(layout, station, parse_bin('LDC')).to_cell(Pose((0.1, 0.2, 0.3)))
+        got = follow(fixed, f'bin_{station.lower()}') @ [0.1, 0.2, 0.3, 1.0]
+        assert got[:3] == pytest.approx(expected.position, abs=1e-9)
+    assert follow(fixed, 'belt')[:3, 3] == pytest.approx((0.0, 0.55, 0.75))
+    assert len({one.child_frame_id for one in fixed}) == len(fixed)
+
+
+def test_late_listener_gets_the_description_of_the_robot(start):
+    pinocchio = pytest.importorskip('pinocchio')
+    bench = start(robot='ur30')
+    text = Heard(bench, String, 'robot_description', qos.STATE).wait()[0].data
+    model = pinocchio.buildModelFromXML(text)
+    assert 'ur30' in text
+    assert model.nq == 7
+
+
+def test_box_is_seen_on_the_belt_then_in_the_gripper_then_in_the_bin(start):
+    bench = start(speed=3.0)
+    shown = Heard(bench, MarkerArray, 'arm_executor/markers', qos.STATE)
+    box = make_box()
+    bench.show(box, presented=box.id)
+
+    def boxes(name):
+        return [
+            one
+            for message in list(shown.messages)
+            for one in message.markers
+            if one.ns == name and one.type == Marker.CUBE
+        ]
+
+    shown.wait(lambda _: boxes('belt'))
+    _, result = bench.place(make_decision(box))
+    assert result.error_code == ErrorCode.NONE, result.error_msg
+    shown.wait(lambda _: boxes('boxes'))
+    held, placed = boxes('gripper')[-1], boxes('boxes')[-1]
+    assert held.header.frame_id == 'tcp'
+    assert held.pose.position.z == pytest.approx(box.size_mm[2] / 2000)
+    assert abs(held.pose.orientation.x) + abs(held.pose.orientation.y) == pytest.approx(
+        1.0, abs=0.5
+    )
+    assert placed.header.frame_id == 'bin_a'
+    where, measured = placed.pose.position, result.report.measured.position
+    assert (where.x, where.y, where.z) == (measured.x, measured.y, measured.z)
+    assert [placed.scale.x, placed.scale.y, placed.scale.z] == pytest.approx(
+        [edge / 1000 for edge in box.size_mm]
+    )
+    last = shown.messages[-1].markers
+    assert last[0].action == Marker.DELETEALL
+    assert {one.ns for one in last[1:]} >= {'cell', 'bins', 'boxes'}
+    assert len({(one.ns, one.id) for one in last}) == len(last)
+
+
+def test_nothing_is_drawn_for_nobody(start, monkeypatch):
+    from arm_executor.nodes import views
+
+    drawn = []
+    monkeypatch.setattr(views, 'markers', lambda *_: drawn.append(1))
+    bench = start()
+    box = make_box()
+    bench.show(box, presented=box.id)
+    assert bench.place(make_decision(box))[1].error_code == ErrorCode.NONE
+    assert drawn == []
+
+
+@pytest.mark.parametrize(
+    ('values', 'message'),
+    [
+        ({'robot': 'ur5e'}, r'ur5e (reach 0.85 m) on a base 1.3 m high cannot reach'),
+        ({'robot': 'ur7'}, "parameter robot is 'ur7'; it must be one of"),
+        ({'layout': 'near.yaml'}, 'layout: rail and pedestal'),
+        ({'layout': 'nowhere.yaml'}, 'nowhere.yaml'),
+        ({'bin_type': 'RC', 'robot': 'ur30'}, 'ur30 (reach 1.3 m) reaches 44% of bin A (RC)'),
+    ],
+)
+def test_layout_that_cannot_work_ends_the_start_with_code_2_and_the_reason(
+    ros_domain, tmp_path, values, message
+):
+    (tmp_path / 'near.yaml').write_text('stations: {near_y: 0.1}')
+    if 'layout' in values:
+        values = {'layout': str(tmp_path / values['layout'])}
+    process = Process(tmp_path, **values)
+    try:
+        assert process.wait() == 2
+    finally:
+        process.close()
+    assert '[FATAL]' in process.text()
+    assert message in process.text()
