@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
+from pack_cell.asked import asked_text
 from pack_cell.record import RunRecord
 from pack_msgs_py.cell_values import BoxEvent, Decision, Report
 from pack_msgs_py.codes import BoxEventKind
@@ -144,6 +145,7 @@ def summary_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
         ('  arm planning', _times(summary['arm_planning_s'], 1e3, 'ms', 0)),
         ('  waiting for belt', _times(summary['wait_s'], 1.0, 's', 2)),
         ('deadline', f'{summary["deadline_s"]:g} s, {summary["deadline_misses"]} missed'),
+        ('first choices', asked_text(summary['arm_asked'])),
         ('refused goals', str(summary['refused_goals'])),
         ('rule violations', str(summary['rule_violations'])),
         ('worst pose error', 'none' if error is None else f'{error:.2f} mm'),

@@ -10,6 +10,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from pack_cell.asked import asked_summary
 from pack_cell.options import RunOptions
 from pack_cell.record import RunRecord
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Reason
@@ -105,7 +106,7 @@ def summarize(
     goals = list(record.all_reports.values())
     done = [report for report in goals if report.code.box_is_in_bin]
     overhead = [
-        max(0.0, d.stamp_s - d.trigger_stamp_s - d.planning_s)
+        max(0.0, d.stamp_s - d.trigger_stamp_s - d.planning_s - d.check_s)
         for d in record.all_decisions[1:]  # the first waits for the planner to load its engine
         if d.trigger_stamp_s > 0
     ]
@@ -128,6 +129,7 @@ def summarize(
         'motion_s': time_summary([r.motion_s for r in done]),
         'wait_s': time_summary([r.wait_s for r in done]),
         'ros_overhead_s': time_summary(overhead),
+        'arm_asked': asked_summary(record.all_decisions),
         'deadline_s': options.deadline_s,
         'deadline_misses': sum(1 for r in done if r.slack_s < 0),
         'refused_goals': sum(1 for r in goals if not r.code.box_is_in_bin),

@@ -253,11 +253,13 @@ class Coordinator:
         if self._swap is not None and now - self._swap[1] > SWAP_TIMEOUT_S:
             self._out.warn(f'no answer to swap_bin within {SWAP_TIMEOUT_S:g} s')
             self._swap = None
-        if self._asked is not None:
-            hidden, since_s = self._goal is not None, max(self._asked.asked_s, self._free_s)
-            if now - since_s > (HIDDEN_TIMEOUT_S if hidden else self.asking.timeout_s):
+        asked = self._asked
+        if asked is not None:
+            since_s = max(asked.asked_s, self._free_s)
+            patience_s = len(asked.planned.candidates()) * self.asking.timeout_s
+            if now - since_s > (patience_s if self._goal is None else HIDDEN_TIMEOUT_S):
                 self._out.warn('no answer to check_placements; going on with the first choice')
-                self.on_checked(self._asked.plan.number, None)
+                self.on_checked(asked.plan.number, None)
 
     def _arm_is_free(self) -> bool:
         heartbeat = self._in.heartbeat

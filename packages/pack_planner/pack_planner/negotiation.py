@@ -36,8 +36,8 @@ TRANSIENT = frozenset(
 class Asking:
     """How the arm is asked: about so many ``candidates`` at most (0: not at all), in what time.
 
-    ``timeout_s`` is how long an answer may take that no motion hides, ``deadline_s`` the time for a
-    box.
+    ``timeout_s`` is how long the answer for each may take that no motion hides, ``deadline_s`` the
+    time for a box.
     """
 
     candidates: int = 0

@@ -33,6 +33,13 @@ class PlannerParameters:
         "orientation rule instead of the profile's own; empty keeps that one",
         choices=('', *ORIENTATION_RULES),
     )
+    size_sigmas: float = parameter(
+        -1.0,
+        'standard deviations of its measured size that are kept free around a box, like the '
+        "executor; -1 for the profile's own",
+        low=-1.0,
+        high=10.0,
+    )
     look_ahead: int = parameter(
         5, 'boxes to choose from', unit='boxes', low=1, high=20, read_only=True
     )
@@ -92,7 +99,8 @@ class PlannerParameters:
     )
     check_timeout_s: float = parameter(
         0.4,
-        'how long the arm may take to answer while nothing moves; then the first choice is sent',
+        'how long the arm may take to answer for each candidate while nothing moves; then the '
+        'first choice is sent',
         unit='s',
         low=0.0,
         high=60.0,
@@ -104,6 +112,8 @@ def settings(parameters: PlannerParameters) -> Settings:
     profile = find_profile(parameters.profile)
     if parameters.orientations:
         profile = replace(profile, orientations=parameters.orientations)
+    if parameters.size_sigmas >= 0:
+        profile = replace(profile, size_sigmas=parameters.size_sigmas)
     options = Options(
         parameters.cep,
         parameters.sort,
