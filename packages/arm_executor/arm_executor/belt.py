@@ -20,11 +20,19 @@ _AFTER_PICK = (
 )
 
 
-class BeltView:
-    """The latest scan, shared between the thread that hears it and the one that waits for it."""
+#: The arm goes for a box only in this first share of its pick window; it grasps in the rest.
+START_SHARE = 0.5
 
-    def __init__(self) -> None:
+
+class BeltView:
+    """The latest scan, shared between the thread that hears it and the one that waits for it.
+
+    ``wall`` gives seconds since the epoch.
+    """
+
+    def __init__(self, wall: Callable[[], float] = time.time) -> None:
         self._changed = threading.Condition()
+        self._wall = wall
         self.scan: Scan | None = None
 
     def update(self, scan: Scan) -> None:
@@ -41,15 +49,28 @@ class BeltView:
     def wait_presented(
         self, box_id: str, timeout_s: float, give_up: Callable[[], bool]
     ) -> ScannedBox | None:
-        """The box once it is at the pick point; ``None`` after ``timeout_s`` or ``give_up()``."""
+        """The box once it is at the pick point; ``None`` after ``timeout_s`` or ``give_up()``.
+
+        On a belt that lets a box go after a while, a window that is half over is left for the
+        next one, a lap later.
+        """
 
         def presented() -> ScannedBox | None:
-            found = find_scanned(self.scan, box_id)
-            return found if found is not None and found.pick_open_s is not None else None
+            scan = self.scan
+            found = find_scanned(scan, box_id)
+            if scan is None or found is None or found.pick_open_s is None:
+                return None
+            opens_s, closes_s = found.pick_open_s, found.pick_close_s
+            if opens_s > scan.stamp_s:
+                return None
+            if closes_s is not None:
+                last_s = opens_s + START_SHARE * (closes_s - opens_s)
+                return found if self._wall() < last_s else None
+            return found
 
         with self._changed:
-            self._changed.wait_for(lambda: give_up() or presented() is not None, timeout_s)
-            return None if give_up() else presented()
+            found = self._changed.wait_for(lambda: give_up() or presented(), timeout_s)
+            return found if isinstance(found, ScannedBox) and not give_up() else None
 
 
 class BeltClock:

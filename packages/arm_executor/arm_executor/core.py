@@ -79,7 +79,7 @@ class ExecutorCore:
         self._emit = emit
         self._wall = wall
         self._steady = steady
-        self._belt = BeltView()
+        self._belt = BeltView(wall)
         self._plans = PlanCache()
         self._tools: Tools | None = None
         self._jobs: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()

@@ -1,0 +1,53 @@
+"""Waiting for a box at the pick point: windows ahead, open, half over, and closed."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from arm_executor.belt import BeltView
+from pack_msgs_py.cell_values import Pose, Scan, ScannedBox
+from pack_msgs_py.values import Box
+
+BOX = Box('a', (300.0, 200.0, 100.0))
+
+
+def scan(stamp_s, opens_s, closes_s):
+    item = ScannedBox(BOX, Pose(), pick_open_s=opens_s, pick_close_s=closes_s)
+    return Scan(sequence=1, stamp_s=stamp_s, boxes=(item,))
+
+
+@pytest.mark.parametrize(
+    ('now_s', 'opens_s', 'closes_s', 'taken'),
+    [
+        (100.0, None, None, False),
+        (100.0, 90.0, None, True),
+        (100.0, 103.0, 107.0, False),
+        (100.0, 99.0, 103.0, True),
+        (101.5, 99.0, 103.0, False),
+        (104.0, 99.0, 103.0, False),
+    ],
+    ids=['unknown', 'held until picked', 'to come', 'open', 'half over', 'closed'],
+)
+def test_a_box_is_taken_in_the_first_half_of_its_window(now_s, opens_s, closes_s, taken):
+    belt = BeltView(wall=lambda: now_s)
+    belt.update(scan(100.0, opens_s, closes_s))
+    found = belt.wait_presented('a', 0.01, lambda: False)
+    assert (found is not None) == taken
+    assert belt.wait_presented('a', 0.01, lambda: True) is None
+
+
+def test_a_missed_window_is_waited_out_until_the_next():
+    now_s = [105.0]
+    belt = BeltView(wall=lambda: now_s[0])
+    belt.update(scan(100.0, 99.0, 103.0))
+    found = []
+    waiting = threading.Thread(
+        target=lambda: found.append(belt.wait_presented('a', 20.0, lambda: False))
+    )
+    waiting.start()
+    now_s[0] = 109.5
+    belt.update(scan(109.2, 109.0, 113.0))
+    waiting.join(20.0)
+    assert found[0].pick_open_s == 109.0
