@@ -319,13 +319,13 @@ def test_box_that_comes_off_the_pad_is_lost_and_noticed_before_the_release(arm):
     assert run(arm, request_for(arm, box('next'), 'A', (0.5, 0.4, 0.1))).code is ErrorCode.NONE
 
 
-def appearing_wall(arm):
-    """A function that puts a wall into the way of the box, once."""
+def appearing_wall(arm, height=2.4):
+    """A function that puts a wall into the way of the box, once; a low one meets the box alone."""
     from arm_executor.layout import Block
 
     def appear():
         pad = arm.world.tool_pose().position
-        wall = (Block('ghost', (pad[0] - 0.5, pad[1] - 0.3, 0.6), (pad[0] - 0.4, 1.5, 2.4)),)
+        wall = (Block('ghost', (pad[0] - 0.5, pad[1] - 0.3, 0.6), (pad[0] - 0.4, 1.5, height)),)
         if not arm.world._parts.get('ghost'):
             arm.world.add_part('ghost', wall)
 
@@ -349,7 +349,7 @@ def test_obstacle_that_nobody_knows_of_ends_the_motion_and_the_box_comes_back():
 
 
 def test_obstacle_met_at_full_speed_knocks_the_box_off_the_pad(arm):
-    told = Told(TRANSFERRING=appearing_wall(arm))
+    told = Told(TRANSFERRING=appearing_wall(arm, height=1.15))
     result = run(arm, request_for(arm, box(), 'A', (0.5, 0.4, 0.1)), told)
     assert result.code is ErrorCode.BOX_LOST
     assert 'hold' in result.message

@@ -6,7 +6,7 @@ hung under its pad, and the contacts are read.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from arm_executor import bullet
 from arm_executor.layout import Block, Layout
 from arm_executor.motion.path import JointPath
+from arm_executor.motion.swing import Obstacles
+from arm_executor.pose_error import corners
 from arm_executor.robot.parameters import ArmModel
 from arm_executor.robot.urdf import cell_urdf
 from pack_msgs_py.cell_values import Pose
@@ -54,7 +56,7 @@ class PlanningWorld:
                     pybullet.setCollisionFilterPair(
                         self._robot, self._robot, one, other, 0, physicsClientId=self._client
                     )
-        self._bodies: dict[str, tuple[int, object]] = {}
+        self._bodies: dict[str, tuple[int, object, tuple[Array, Array]]] = {}
         self._names: dict[int, str] = {self._robot: 'arm'}
         self._held = -1
         self._held_size: Vec3 = (0.0, 0.0, 0.0)
@@ -70,8 +72,15 @@ class PlanningWorld:
                 return
             self.remove(name)
         body = bullet.add_box(self._client, size, pose)
-        self._bodies[name] = (body, (size, pose))
+        points = corners(pose, size)
+        self._bodies[name] = (body, (size, pose), (points.min(axis=0), points.max(axis=0)))
         self._names[body] = name
+
+    def obstacles(self, without: Collection[str] = ()) -> Obstacles:
+        """Extents of all obstacles but those called one of ``without``."""
+        spans = [one[2] for name, one in self._bodies.items() if name not in without]
+        low, high = (np.array([span[end] for span in spans]).reshape(-1, 3) for end in (0, 1))
+        return Obstacles(low, high)
 
     def remove(self, name: str) -> None:
         """Take an obstacle away; one that is not there is fine."""

@@ -25,6 +25,8 @@ Waypoint = tuple[float, float, float, float, float]
 _YAW_WEIGHT = 0.3
 #: Spacing of the curve before it is sampled, metres.
 _FINE = 0.002
+#: How much longer than it is the end of a path may count.
+_STRETCH = 2.0
 #: Largest joint step between two samples, radians; beyond it the branch has jumped.
 _MAX_STEP = 0.7
 #: The elbow stays this far from straight, radians.
@@ -73,11 +75,13 @@ def _smoothed(corners: Array, reach: float) -> Array:
     """The polyline through ``corners`` (k, 5), rounded within ``reach`` of each inner corner.
 
     A cubic B-spline kernel keeps straight parts straight and curvature continuous, which the
-    timing needs: a kink in curvature is a spike in acceleration. Parts too short for ``reach``
-    count as longer, so that their corners alone are rounded less.
+    timing needs: a kink in curvature is a spike in acceleration. A first or last part too short
+    for ``reach`` counts as up to twice as long, so that it stays straighter.
     """
     lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
-    at_corner = np.r_[0.0, np.cumsum(np.maximum(lengths, 2.2 * reach))]
+    for end in (0, -1):
+        lengths[end] = max(1e-3, lengths[end], min(1.2 * reach, _STRETCH * lengths[end]))
+    at_corner = np.r_[0.0, np.cumsum(lengths)]
     total = at_corner[-1]
     count = math.ceil(total / _FINE) + 1
     half = max(1, round(reach / (total / (count - 1)) / 4))

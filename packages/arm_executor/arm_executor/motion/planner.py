@@ -31,6 +31,7 @@ from arm_executor.motion.stances import GRIP_S, RELEASE_S, find_stances
 from arm_executor.motion.template import (
     Site,
     Stance,
+    Style,
     Task,
     hover_point,
     make_task,
@@ -48,11 +49,19 @@ Array = NDArray[np.float64]
 
 #: Spacing of path samples, and of the check of the timed trajectory; metres and seconds.
 PATH_STEP, CHECK_PERIOD = 0.015, 0.018
-#: Corners are rounded within this distance; the second where the first collides; metres.
-_CORNERS = (0.15, 0.06)
+#: How paths are drawn: the boldest first, the others where it collides.
+_STYLES = (
+    Style(0.30),
+    Style(0.15, slant=False),
+    Style(0.15, lift=0.10, slant=False),
+    Style(0.06, slant=False),
+    Style(0.10, lift=0.30, slant=False),
+)
 _MAX_TRIED, _MAX_TIMED, _BUDGET_S = 10, 4, 0.35
 #: A motion this quick is taken as it comes; a slower one is compared with one more; seconds.
 _QUICK_S = 4.5
+#: The box is being lowered once it is this far below the top of its way, metres.
+_LEVEL = 0.01
 
 
 @dataclass(frozen=True)
@@ -183,11 +192,11 @@ class MotionPlanner:
         best: PlannedMotion | None = None
         hit, timed = '', 0
         able: list[Stance] = []
-        for stance, corner in self._tries(task, stances, able):
+        for stance, style in self._tries(task, stances, able):
             late = time.thread_time() - begun > _BUDGET_S
             if late or timed >= _MAX_TIMED or (best and best.duration < stance.estimate):
                 break
-            paths = self._paths(task, stance, start, corner)
+            paths = self._paths(task, stance, style, start)
             if isinstance(paths, str):
                 hit = hit or paths
                 continue
@@ -213,20 +222,20 @@ class MotionPlanner:
 
     def _tries(
         self, task: Task, stances: list[Stance], able: list[Stance]
-    ) -> Iterator[tuple[Stance, float]]:
+    ) -> Iterator[tuple[Stance, Style]]:
         """Stances whose pick and place are free, the quickest first, then variations of them."""
         for stance in stances:
             if len(able) >= _MAX_TRIED:
                 break
             if self._ends_hit(task, stance) is None:
                 able.append(stance)
-                yield stance, _CORNERS[0]
+                yield stance, _STYLES[0]
         behind = task.pick[1] * task.place[1] < 0
         around = (0.0, 2 * math.pi, -2 * math.pi) if behind else (0.0,)
-        for turn, swing, corner in itertools.product(around, task.swings, _CORNERS):
+        for turn, style in itertools.product(around, _STYLES):
             for stance in able[:3]:
-                if (turn, swing, corner) != (0.0, stance.swing, _CORNERS[0]):
-                    yield replace(stance, swing=swing, around=turn), corner
+                if (turn, style) != (0.0, _STYLES[0]):
+                    yield stance, replace(style, around=turn)
 
     def _ends_hit(self, task: Task, stance: Stance) -> str | None:
         """What touches at pick or place, the box in the gripper."""
@@ -245,7 +254,7 @@ class MotionPlanner:
         hits = (self._ends_hit(task, stance) for stance in stances)
         return next((hit for hit in hits if hit is not None), 'a joint limit')
 
-    def _paths(self, task: Task, stance: Stance, start: _Start, corner: float) -> _Paths | str:
+    def _paths(self, task: Task, stance: Stance, style: Style, start: _Start) -> _Paths | str:
         """Joint paths of a stance, or what a joint cannot do."""
         shoulder = BRANCHES[stance.branch][0]
         at, tool, yaw, switch = start.q, start.tool[:3, 3], start.yaw, None
@@ -255,10 +264,13 @@ class MotionPlanner:
                 return 'a joint limit'
             at, tool, yaw = switch.q[-1], switch.tcp[-1], float(switch.yaw[-1])
         begin = waypoint(float(at[0]), tool, yaw, math.pi / 2)
-        legs = template(task, stance, begin, float(at[6]), self.kinematics.arm.d4, shoulder)
+        d4 = shoulder * self.kinematics.arm.d4
+        walls = () if task.front is None else task.front.walls
+        obstacles = self._world.obstacles(without=walls)
+        legs = template(task, stance, style, begin, float(at[6]), d4, obstacles)
         paths: list[JointPath] = []
         for leg in (legs.approach, legs.carry, legs.retreat):
-            path = joint_path(self.kinematics, rounded(leg, corner, PATH_STEP), stance.branch)
+            path = joint_path(self.kinematics, rounded(leg, style.corner, PATH_STEP), stance.branch)
             follows = None if path is None else starting_at(path, at)
             if follows is None:
                 return 'a joint limit'
@@ -327,9 +339,8 @@ class MotionPlanner:
         hit = self._collision(task, _Paths(None, *sampled))
         if hit is not None:
             return hit
-        tcp = self.kinematics.tool(carry.q)[:, :3, 3]
-        away = np.hypot(tcp[:, 0] - task.place[0], tcp[:, 1] - task.place[1])
-        lowering = int(np.nonzero(away > 0.01)[0].max(initial=0))
+        height = self.kinematics.tool(carry.q)[:, 2, 3]
+        lowering = int(np.nonzero(height > height.max() - _LEVEL)[0].max())
         return PlannedMotion(approach, carry, retreat, float(carry.times[lowering]), paths.carry)
 
     def _every(self, trajectory: Trajectory) -> Array:

@@ -40,8 +40,7 @@ def find_stances(
         near = task.pick[0] + _clip(place_rail - task.pick[0], -0.5, 0.5)
         for pick_rail in (float(start[0]), near, _clip(place_rail, -1.0, 1.0)):
             options.add((round(pick_rail, 6), round(place_rail, 6)))
-    swing = task.swings[0]
-    lifted, over = (*task.pick[:2], swing), (*task.place[:2], swing)
+    lifted, over = (*task.pick[:2], task.over), (*task.place[:2], task.over)
     rows = [
         (where, point)
         for pick_rail, place_rail in sorted(options)
@@ -74,7 +73,7 @@ def find_stances(
         np.arange(8) == branch, 0.0, (1 - _OVERLAP) * least_seconds(timing, start, hover)
     )
     found = [
-        Stance(float(estimate[row, posture]), posture, pick_rail, place_rail, swing)
+        Stance(float(estimate[row, posture]), posture, pick_rail, place_rail)
         for row, (pick_rail, place_rail) in enumerate(sorted(options))
         for posture in _ELBOW_UP
         if np.isfinite(estimate[row, posture])

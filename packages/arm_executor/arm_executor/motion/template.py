@@ -1,7 +1,7 @@
 """Template paths of a placement: which way the pad goes, before any joint is considered.
 
-Over the box and down to it; up over the highest obstacle on the way, across, down into the bin; up
-and back over the pick point. Metres and radians, frame `cell`.
+Down to the box; with it across, as low as what stands on the way allows, and straight down into
+its place; back over the pick point. Metres and radians, frame `cell`.
 """
 
 from __future__ import annotations
@@ -11,23 +11,29 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from arm_executor.arm import MotionError, PlaceRequest
-from arm_executor.layout import NO_WALLS, OPEN_FRONT, BinFrame, Layout
+from arm_executor.layout import NO_WALLS, OPEN_FRONT, BinFrame, Layout, bin_blocks
 from arm_executor.motion.path import Waypoint, waypoint
+from arm_executor.motion.swing import CLEAR, Carried, Obstacles, taut
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.values import BinSpec, Vec3
 
-#: Air under the box while it swings, and under the empty pad.
-CLEAR = 0.05
+Array = NDArray[np.float64]
+
 #: The box is let go this far above what it stands on.
 DROP = 0.0005
 #: How far under the commanded pose the box may be lowered to what really is there, and how far
 #: that may stand above it.
 _LOWEST, _HIGHEST = 0.010, 0.003
-#: Distance between a box and the open front while it waits before it.
-_BEFORE_FRONT = 0.06
+#: Distance between a box and the edges of an open front that it goes round.
+_BEFORE_FRONT = 0.03
+#: Samples of a way across, and their spacing where the way has corners.
+_ACROSS, _SPACING = 48, 0.03
+#: Half an edge of the pad at any turn, with some air.
+_PAD_HALF = 0.065
 
 
 @dataclass(frozen=True)
@@ -50,6 +56,20 @@ class Site:
 
 
 @dataclass(frozen=True)
+class Front:
+    """The open front of a roller cage: where it is, and the inner faces of its side walls.
+
+    ``wall`` is their thickness, ``walls`` are the names of all of the cage.
+    """
+
+    y: float
+    x_low: float
+    x_high: float
+    wall: float
+    walls: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Task:
     """A request in `cell`.
 
@@ -60,10 +80,8 @@ class Task:
     size : of the box along its own axes.
     symmetric : whether half a turn more or less makes no difference.
     hover : where the pad waits afterwards.
-    swings : heights of the pad for the way across, lowest first.
-    rise : least height of the empty pad on its way back.
-    front_y : where the box waits before an open front; ``None`` when it enters from above.
-    entry : height of the pad on the way in through an open front.
+    over : about how high the pad goes in between, for estimates.
+    front : what the box has to go through, when it cannot enter from above.
     """
 
     pick: Vec3
@@ -73,25 +91,33 @@ class Task:
     size: Vec3
     symmetric: bool
     hover: Vec3
-    swings: tuple[float, ...]
-    rise: float
-    front_y: float | None
-    entry: float
+    over: float
+    front: Front | None
+
+
+@dataclass(frozen=True)
+class Style:
+    """How boldly a path is drawn.
+
+    ``corner`` is the distance within which corners are rounded, ``lift`` raises the way across,
+    ``slant`` lets a box go through an open front at an angle, ``around`` is 0 or a whole turn, to
+    swing the other way round.
+    """
+
+    corner: float
+    lift: float = 0.0
+    slant: bool = True
+    around: float = 0.0
 
 
 @dataclass(frozen=True)
 class Stance:
-    """How a task is done: arm posture (branch), places on the rail, height and side of the swing.
-
-    ``around`` is 0, or a whole turn to swing the other way round.
-    """
+    """How the arm stands: posture (branch), and places on the rail."""
 
     estimate: float
     branch: int
     pick_rail: float
     place_rail: float
-    swing: float
-    around: float = 0.0
 
 
 def hover_point(layout: Layout, belt_tops: Sequence[float] = ()) -> Vec3:
@@ -119,57 +145,56 @@ def make_task(request: PlaceRequest, site: Site, layout: Layout) -> Task:
     x, y, z = target.position
     base = z - size[2] / 2
     floor = site.frame.origin[2]
-    under, corridor = _heights_at(site, (x, y), (ex, ey), base, name)
+    under = _height_under(site, (x, y), (ex, ey), base, name)
     bottom = max(under, base - _LOWEST) + DROP
-    place = (x, y, bottom + size[2])
     tops = [pose.position[2] + box.size_mm[2] / 2000 for box, pose in request.belt]
-    over_belt = layout.conveyor.top_z + CLEAR
-    stack = max([floor, *(one.high[2] for one in site.standing)])
-    open_front = site.spec.name in OPEN_FRONT
-    if open_front:
-        low, rise = max(corridor, over_belt), place[2]
-        front_y: float | None = site.frame.origin[1] - math.copysign(ey + _BEFORE_FRONT, y)
-    else:
-        walls = 0.0 if site.spec.name in NO_WALLS else site.spec.size_mm[2] / 1000
-        rise = max(stack, floor + walls)
-        low, front_y = max(rise, over_belt, bottom), None
-    high = max([low, *tops])
+    floor = site.frame.origin[2]
+    front = None
+    rim = max([floor, *(one.high[2] for one in site.standing)])
+    if site.spec.name in OPEN_FRONT:
+        front = _front(site, layout)
+    elif site.spec.name not in NO_WALLS:
+        rim = max(rim, floor + site.spec.size_mm[2] / 1000)
     return Task(
         pick=_top(request.pick, size),
-        place=place,
+        place=(x, y, bottom + size[2]),
         pick_yaw=pick_yaw,
         turn=place_yaw - pick_yaw,
         size=size,
         symmetric=request.box.com_offset_mm[:2] == (0.0, 0.0),
         hover=hover_point(layout, tops),
-        swings=tuple(sorted({one + CLEAR + size[2] for one in (low, high, high + 0.25)})),
-        rise=max(rise, place[2], over_belt) + CLEAR,
-        front_y=front_y,
-        entry=max(corridor, bottom) + CLEAR + size[2],
+        over=max(rim, layout.conveyor.top_z, bottom) + CLEAR + size[2],
+        front=front,
     )
 
 
-def _heights_at(
+def _front(site: Site, layout: Layout) -> Front:
+    x, y, _ = site.frame.origin
+    length = site.spec.size_mm[0] / 1000
+    x = x - length if abs(site.frame.yaw) > 1 else x
+    blocks = bin_blocks(layout, site.station, site.spec)
+    walls = tuple(one.name for one in blocks if one.name.endswith('wall'))
+    return Front(y, x, x + length, layout.stations.wall, walls)
+
+
+def _height_under(
     site: Site, at: tuple[float, float], half: tuple[float, float], base: float, name: str
-) -> tuple[float, float]:
-    """Height of what is under a footprint, and of what lies between it and the open front."""
+) -> float:
+    """Height of what is under a footprint."""
     (x, y), (ex, ey) = at, half
     under, what = site.frame.origin[2], f'the floor of bin {site.station}'
-    corridor = base
     for one in site.standing:
-        if one.low[0] >= x + ex or one.high[0] <= x - ex:
-            continue
-        if one.low[1] < y + ey and one.high[1] > y - ey and one.high[2] > under:
+        beside_x = one.low[0] >= x + ex or one.high[0] <= x - ex
+        beside_y = one.low[1] >= y + ey or one.high[1] <= y - ey
+        if not beside_x and not beside_y and one.high[2] > under:
             under, what = one.high[2], f'box {one.box_id}'
-        if (one.low[1] < y + ey) if y > 0 else (one.high[1] > y - ey):
-            corridor = max(corridor, one.high[2])
     if under > base + _HIGHEST:
         msg = (
             f'box {name}: {what} reaches {1000 * (under - base):.0f} mm above where the base of '
             'the box is to be'
         )
         raise MotionError(ErrorCode.PATH_IN_COLLISION, msg)
-    return under, corridor
+    return under
 
 
 @dataclass(frozen=True)
@@ -182,73 +207,127 @@ class Legs:
 
 
 def template(
-    task: Task, stance: Stance, begin: Waypoint, last_joint: float, d4: float, shoulder: int
+    task: Task,
+    stance: Stance,
+    style: Style,
+    begin: Waypoint,
+    last_joint: float,
+    shoulder: float,
+    obstacles: Obstacles,
 ) -> Legs:
     """Waypoints from ``begin`` for one stance.
 
-    ``last_joint`` is the angle of the last joint at ``begin``; ``d4`` and the sign of the
-    ``shoulder`` say how far the first joint is ahead of theta.
+    ``last_joint`` is the angle of the last joint at ``begin``; ``shoulder`` is d4 of the arm with
+    the sign of the posture, and says how far the first joint is ahead of theta. ``obstacles`` are
+    all but the box itself.
     """
 
     def first_joint(point: Waypoint) -> float:
-        return point[1] + shoulder * math.acos(d4 / point[2])
+        return point[1] + math.copysign(math.acos(abs(shoulder) / point[2]), shoulder)
 
-    pick_rail, place_rail = stance.pick_rail, stance.place_rail
     grip_yaw = nearest(task.pick_yaw, begin[4], math.pi / 2)
-    grip = waypoint(pick_rail, task.pick, grip_yaw, begin[1])
-    place = waypoint(place_rail, task.place, 0.0, grip[1])
-    place = _with_theta(place, place[1] + stance.around)
+    grip = waypoint(stance.pick_rail, task.pick, grip_yaw, begin[1])
+    place = waypoint(stance.place_rail, task.place, 0.0, grip[1])
+    place = _with_theta(place, place[1] + style.around)
     # The last joint turns by what the first turns less what the box turns: keep that small.
     period = math.pi if task.symmetric else 2 * math.pi
     still = grip_yaw + first_joint(place) - first_joint(grip)
     place = _with_yaw(place, nearest(grip_yaw + task.turn, still, period))
-    hover = waypoint(pick_rail, task.hover, 0.0, grip[1])
+    hover = waypoint(stance.pick_rail, task.hover, 0.0, grip[1])
     # Back above the pick point with the last joint near its middle.
     middle = begin[4] + last_joint + first_joint(hover) - first_joint(begin)
     hover = _with_yaw(hover, nearest(task.pick_yaw, middle, math.pi / 2))
 
-    if task.front_y is None:
-        carry = [grip, _at(grip, stance.swing), _at(place, stance.swing), place]
-        retreat = [place, _at(place, max(task.rise, place[3] + CLEAR)), hover]
-    else:
-        carry, retreat = _through_front(task, grip, place, hover, stance.swing)
-    return Legs(_approach(task, begin, grip), carry, retreat)
+    length, breadth, height = task.size
+    box = Carried((length / 2, breadth / 2), height, task.pick_yaw - grip_yaw)
+    pad = Carried((_PAD_HALF, _PAD_HALF), 0.0)
+
+    def leg(start: Waypoint, end: Waypoint, what: Carried, own: Vec3 | None) -> list[Waypoint]:
+        if task.front is None or own == task.pick:
+            across = _straight(start, end)
+        elif end is hover:
+            across = _through(task.front, hover, start, what, style)[::-1]
+        else:
+            across = _through(task.front, start, end, what, style)
+        around = obstacles if own is None else _with_box(obstacles, own, task.size)
+        line = taut(across, (start[3], end[3]), what, around, style.corner)
+        return [line[0], *(_raised(one, style.lift) for one in line[1:-1]), line[-1]]
+
+    return Legs(
+        leg(begin, grip, pad, task.pick), leg(grip, place, box, None),
+        leg(place, hover, pad, task.place),
+    )  # fmt: skip
 
 
-def _approach(task: Task, begin: Waypoint, grip: Waypoint) -> list[Waypoint]:
-    above = max(task.pick[2] + CLEAR, min(begin[3], task.pick[2] + 0.15))
-    x = begin[0] + begin[2] * math.cos(begin[1])
-    y = begin[2] * math.sin(begin[1])
-    if math.dist((x, y), task.pick[:2]) < 0.5 and begin[3] >= above:
-        return [begin, _at(grip, above), grip]
-    # From elsewhere, after a stop: straight up first, then high across.
-    safe = max(begin[3], task.rise, task.hover[2])
-    return [begin, _at(begin, safe), _at(grip, safe), grip]
+def _straight(start: Waypoint, end: Waypoint) -> Array:
+    """Samples (n, 5) of the way across, seen from above; heights are 0."""
+    samples = np.linspace(start, end, _ACROSS)
+    samples[:, 3] = 0.0
+    return samples
 
 
-def _through_front(
-    task: Task, grip: Waypoint, place: Waypoint, hover: Waypoint, swing: float
-) -> tuple[list[Waypoint], list[Waypoint]]:
-    """Carry and retreat through the open front of a roller cage, above what stands in it."""
-    assert task.front_y is not None
-    leave = max(task.entry - task.size[2], task.place[2] + CLEAR)
-    # Across along a line before the cage: straight in x and y, so in several points.
-    start = task.pick if task.pick[1] * task.place[1] > 0 else task.place
-    line: list[Waypoint] = []
-    for share in np.linspace(0.0, 1.0, 7)[1:]:
-        x = start[0] + (task.place[0] - start[0]) * share
-        rail = grip[0] + (place[0] - grip[0]) * share
-        yaw = grip[4] + (place[4] - grip[4]) * share
-        near = line[-1][1] if line else grip[1]
-        line.append(waypoint(rail, (x, task.front_y, max(swing, task.entry)), yaw, near))
-    carry = [grip, _at(grip, max(swing, task.entry)), *line, _at(place, task.entry), place]
-    back = [_with_yaw(_at(one, max(leave, task.hover[2])), place[4]) for one in reversed(line)]
-    retreat = [place, _at(place, leave), _at(_with_yaw(line[-1], place[4]), leave), *back, hover]
-    return carry, retreat
+def _through(front: Front, outer: Waypoint, inner: Waypoint, what: Carried, style: Style) -> Array:
+    """Samples (n, 5) from outside through an open front to a place behind it; heights are 0.
+
+    Round the edge of the side wall, past it, and in; turned before it goes in.
+    """
+    (x, y), (tx, ty) = _xy(outer), _xy(inner)
+    ex, ey = what.footprint(np.array([inner[4]]))[0]
+    ahead = math.copysign(1.0, ty)
+    side = 1.0 if x > (front.x_low + front.x_high) / 2 else -1.0
+    wall = front.x_high if side > 0 else front.x_low
+    inside = wall - side * (ex + _BEFORE_FRONT + style.corner / 4)
+    aslant = style.slant and (tx - inside) * side < 0
+    # Rounding a corner cuts it by a sixth; going straight in, the round must be over before.
+    room = _BEFORE_FRONT + style.corner / 6 if aslant else 0.6 * style.corner
+    line_y = front.y - ahead * (ey + max(_BEFORE_FRONT, room))
+    if y * ahead < 0:
+        # From behind the rail: round the arm to before the place, then straight in.
+        before = waypoint(inner[0], (tx, line_y, 0.0), inner[4], inner[1])
+        entry = _cartesian([before, inner], [_xy(before), (tx, ty)])
+        return np.vstack([_straight(outer, before)[:-1], entry])
+    turn_x = inside if aslant else tx
+    corner_x = wall + side * (front.wall + ex + max(_BEFORE_FRONT, room))
+    points = [(x, y)]
+    if (x - corner_x) * side > 0 and (y - line_y) * ahead > 0:
+        points.append((corner_x, line_y))
+    points += [(turn_x, line_y), (tx, ty)]
+    return _cartesian([outer, inner], points)
 
 
-def _at(point: Waypoint, height: float) -> Waypoint:
-    return (point[0], point[1], point[2], height, point[4])
+def _cartesian(ends: Sequence[Waypoint], points: Sequence[tuple[float, float]]) -> Array:
+    """Samples (n, 5) along ``points``, straight in x and y; turned at the last but one."""
+    table = np.array(points)
+    lengths = np.linalg.norm(np.diff(table, axis=0), axis=1)
+    knots = np.r_[0.0, np.cumsum(lengths)]
+    at = np.linspace(0.0, knots[-1], max(8, math.ceil(knots[-1] / _SPACING)))
+    begin, end = ends
+    turned = knots[-2] if len(points) > 2 else knots[-1]
+    rows: list[Waypoint] = []
+    for way in at:
+        share = way / knots[-1]
+        xyz = (np.interp(way, knots, table[:, 0]), np.interp(way, knots, table[:, 1]), 0.0)
+        yaw = begin[4] + (end[4] - begin[4]) * min(1.0, way / turned)
+        rail = begin[0] + (end[0] - begin[0]) * share
+        rows.append(waypoint(rail, xyz, yaw, rows[-1][1] if rows else begin[1]))
+    return np.array(rows)
+
+
+def _with_box(obstacles: Obstacles, top: Vec3, size: Vec3) -> Obstacles:
+    """``obstacles`` and the box itself, which stands with its top there."""
+    half = min(size[:2]) / 2
+    low = np.array([top[0] - half, top[1] - half, top[2] - size[2]])
+    high = np.array([top[0] + half, top[1] + half, top[2]])
+    return Obstacles(np.vstack([obstacles.low, low]), np.vstack([obstacles.high, high]))
+
+
+def _xy(point: Waypoint) -> tuple[float, float]:
+    rail, theta, radius, *_ = point
+    return rail + radius * math.cos(theta), radius * math.sin(theta)
+
+
+def _raised(point: Waypoint, lift: float) -> Waypoint:
+    return (*point[:3], point[3] + lift, point[4])
 
 
 def _with_yaw(point: Waypoint, yaw: float) -> Waypoint:
