@@ -1,0 +1,117 @@
+"""When boxes arrive and when the belt jams: models, files, and what is refused."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import pytest
+
+from conveyor_sim.arrivals import find_arrivals
+from conveyor_sim.jams import find_jams
+from conveyor_sim.robot_clock import RobotClock
+
+
+def times(text, number, seed=0):
+    arrivals, found = find_arrivals(text, seed), []
+    while len(found) < number:
+        at_s = arrivals.next_s(len(found), found[-1] if found else -1.0)
+        found += [at_s] * int(arrivals.arrived(at_s) - len(found))
+    return found[:number]
+
+
+def test_a_saturated_induct_has_always_another_box():
+    arrivals = find_arrivals('saturated')
+    assert arrivals.arrived(0.0) == math.inf
+    assert arrivals.next_s(10**9, 0.0) is None
+
+
+def test_poisson_arrivals_have_the_rate_and_the_spread_of_a_poisson_process():
+    found = times('poisson:720', 4000, seed=3)
+    gaps = [two - one for one, two in itertools.pairwise(found)]
+    mean = sum(gaps) / len(gaps)
+    assert mean == pytest.approx(5.0, rel=0.06)
+    deviation = math.sqrt(sum((gap - mean) ** 2 for gap in gaps) / len(gaps))
+    assert deviation == pytest.approx(mean, rel=0.08)
+    assert times('poisson:720', 50, seed=3) == found[:50]
+    assert times('poisson:720', 50, seed=4) != found[:50]
+
+
+def test_bursts_come_together():
+    assert times('bursts:3,20', 7) == [0.0, 0.0, 0.0, 20.0, 20.0, 20.0, 40.0]
+
+
+def test_recorded_times_begin_at_the_first_and_begin_again_after_the_last(tmp_path):
+    path = tmp_path / 'times.csv'
+    path.write_text('stamp,box\n# a shift\n100.5,a\n\n101.5,b\n104.5,c\n')
+    assert times(f'recorded:{path}', 6) == [0.0, 1.0, 4.0, 4.0, 5.0, 8.0]
+
+
+@pytest.mark.parametrize(
+    ('content', 'words'),
+    [
+        ('0\n1\nx\n', "line 3: 'x'"),
+        ('0\n5\n4\n', 'before the line above'),
+        ('0\nnan\n', 'not finite'),
+        ('7\n', 'two different times'),
+        ('', 'two different times'),
+    ],
+)
+def test_a_file_of_times_that_cannot_be_used_is_refused_with_its_line(tmp_path, content, words):
+    path = tmp_path / 'times.csv'
+    path.write_text(content)
+    with pytest.raises(ValueError, match=words):
+        find_arrivals(f'recorded:{path}')
+
+
+@pytest.mark.parametrize(
+    'text',
+    ['', 'often', 'saturated:3', 'poisson', 'poisson:0', 'poisson:nan', 'poisson:-1', 'bursts:3',
+     'bursts:0,5', 'bursts:2.5,5', 'bursts:3,inf', 'recorded:', 'recorded:/nowhere.csv'],
+)  # fmt: skip
+def test_nonsense_is_refused(text):
+    with pytest.raises(ValueError, match='arrivals'):
+        find_arrivals(text)
+
+
+def test_jams_at_given_times():
+    jams = find_jams('at:30+10,90+5')
+    assert [jams.next_change_s(at) for at in (0.0, 29.9, 30.0, 39.9, 40.0)] == [30, 30, 40, 40, 90]
+    assert jams.jammed(92.0)
+    assert not jams.jammed(95.0)
+    assert jams.next_change_s(95.0) == math.inf
+    assert find_jams('').next_change_s(0.0) == math.inf
+
+
+def test_random_jams_come_at_their_rate_and_last_as_long_as_they_should():
+    jams, at_s, begun = find_jams('random:60,5', seed=2), 0.0, []
+    while len(begun) < 400:
+        at_s = jams.next_change_s(at_s)
+        assert jams.jammed(at_s)
+        begun.append(at_s)
+        assert jams.next_change_s(at_s) == pytest.approx(at_s + 5.0)
+        at_s = jams.next_change_s(at_s)
+    assert begun[-1] / 400 == pytest.approx(65.0, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    'text', ['now', 'random:2', 'random:0,5', 'random:2,nan', 'at:5', 'at:5+0', 'at:5+9,8+1', 'at:']
+)
+def test_jams_that_make_no_sense_are_refused(text):
+    with pytest.raises(ValueError, match='jams'):
+        find_jams(text)
+
+
+def test_robot_time_passes_at_its_speed_and_at_speed_0_only_when_it_is_told():
+    clock = RobotClock(4.0)
+    clock.restore(10.0, 100.0)
+    assert clock.at(101.0) == 14.0
+    clock.pass_by(5.0)
+    assert clock.at(101.0) == 14.0
+    assert clock.wall_s(18.0, 101.0) == 102.0
+    clock.set_speed(0.0, 101.0)
+    assert clock.at(500.0) == 14.0
+    clock.pass_by(2.5)
+    clock.skip_to(3.0)
+    assert clock.at(500.0) == 16.5
+    assert clock.wall_s(20.0, 500.0) is None
