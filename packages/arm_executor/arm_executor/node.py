@@ -108,7 +108,7 @@ class ArmExecutor(Node):
         super().__init__('arm_executor', **node_arguments)
         self._outputs: queue.SimpleQueue[Output] = queue.SimpleQueue()
         self._handles: dict[bytes, ServerGoalHandle] = {}
-        self._results: dict[bytes, PlaceBox.Result] = {}
+        self._results: dict[bytes, Future] = {}
         self._mode = Mode.INACTIVE
         parameters = declare_parameters(self, Parameters)
         spec = parse_bin(parameters.bin_type)
@@ -180,6 +180,8 @@ class ArmExecutor(Node):
     def _start_goal(self, handle: ServerGoalHandle) -> None:
         goal_id = bytes(handle.goal_id.uuid)
         self._handles[goal_id] = handle
+        self._results[goal_id] = Future()
+        handle.execute()
         try:
             goal = goal_from_ros(handle.request, goal_id)
         except ValueError as error:
@@ -194,9 +196,14 @@ class ArmExecutor(Node):
         self._core.cancel(bytes(handle.goal_id.uuid))
         return CancelResponse.ACCEPT
 
-    def _finish(self, handle: ServerGoalHandle) -> PlaceBox.Result:
-        """End a goal whose report is there; called by rclpy after ``handle.execute()``."""
-        result = self._results.pop(bytes(handle.goal_id.uuid))
+    async def _finish(self, handle: ServerGoalHandle) -> PlaceBox.Result:
+        """Wait for the report of a goal and end it; its status is EXECUTING meanwhile.
+
+        A callback that blocked here would hold up the heartbeat and every request to cancel.
+        """
+        goal_id = bytes(handle.goal_id.uuid)
+        result: PlaceBox.Result = await self._results[goal_id]
+        del self._results[goal_id]
         code = ErrorCode(result.error_code)
         if code.box_is_in_bin:
             handle.succeed()
@@ -332,7 +339,7 @@ class ArmExecutor(Node):
             logger.error(said.text)
 
     def _end_goal(self, report: Report) -> None:
-        """Report, then result: rclpy calls :meth:`_finish` after this callback."""
+        """Report, then result: rclpy goes on with :meth:`_finish` after this callback."""
         if report.code is ErrorCode.NONE:
             self.get_logger().info(
                 f'box {report.box_id!r} placed in {report.bin_id}: {report.motion_s:.2f} s motion, '
@@ -341,11 +348,10 @@ class ArmExecutor(Node):
         else:
             self.get_logger().warning(f'{report.code.name}: {report.message}')
         msg = self._publish.report(report)
-        handle = self._handles.pop(report.goal_id)
-        self._results[report.goal_id] = PlaceBox.Result(
-            error_code=msg.error_code, error_msg=msg.error_msg, report=msg
+        del self._handles[report.goal_id]
+        self._results[report.goal_id].set_result(
+            PlaceBox.Result(error_code=msg.error_code, error_msg=msg.error_msg, report=msg)
         )
-        handle.execute()
 
     # -- regularly ------------------------------------------------------------------------------
 

@@ -10,10 +10,12 @@ import threading
 import time
 
 import rclpy
+from action_msgs.msg import GoalStatusArray
 from diagnostic_msgs.msg import DiagnosticArray
 from executor_cases import make_scan, pick_of
 from rclpy.action import ActionClient
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.qos import qos_profile_action_status_default
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
@@ -87,6 +89,7 @@ class Bench:
             self._listen(topic, kind, qos.TOPICS[topic])
         self._listen('joint_states', JointState, 10)
         self._listen('/diagnostics', DiagnosticArray, 10)
+        self._listen('place_box/_action/status', GoalStatusArray, qos_profile_action_status_default)
         self._scan = self.node.create_publisher(BoxScan, 'box_scan', qos.TOPICS['box_scan'])
         self.client = ActionClient(self.node, PlaceBox, 'place_box')
         self.node.bench_client = self.client
@@ -134,6 +137,13 @@ class Bench:
         if not self.client.wait_for_server(TIMEOUT_S):
             raise AssertionError('no action server place_box')
         return self
+
+    @property
+    def statuses(self):
+        """Every status that a goal was seen in."""
+        return [
+            one.status for msg in self.of('place_box/_action/status') for one in msg.status_list
+        ]
 
     def bins(self):
         return conversions.bins_from_ros(self.of('bin_state')[-1])

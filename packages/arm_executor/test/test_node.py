@@ -79,7 +79,13 @@ def listen_in(node, monkeypatch):
     note(node._publish, 'bins', lambda output: f'bins {output.state.revision}')
     note(node._publish, 'report', lambda report: 'report')
     finish = node._action._execute_callback
-    node._action.register_execute_callback(lambda handle: told.append('result') or finish(handle))
+
+    async def finishing(handle):
+        result = await finish(handle)
+        told.append('result')
+        return result
+
+    node._action.register_execute_callback(finishing)
     return told
 
 
@@ -263,6 +269,17 @@ def test_cancel_in_motion_stops_the_arm_and_returns_the_box(start):
     assert bench.events(box.id) == ['PICKED', 'RETURNED']
     assert bench.bins().bins[0].boxes == ()
     bench.wait_mode(ExecutorState.MODE_IDLE)
+
+
+def test_a_goal_is_executing_from_its_start_to_its_end(start):
+    bench = start()
+    box = make_box()
+    bench.show(box)
+    handle = bench.send(bench.goal_msg(make_decision(box)))
+    bench.wait(lambda: GoalStatus.STATUS_EXECUTING in bench.statuses, 'status EXECUTING')
+    bench.show(box, presented=box.id)
+    assert bench.result(handle)[0] == GoalStatus.STATUS_SUCCEEDED
+    bench.wait(lambda: GoalStatus.STATUS_SUCCEEDED in bench.statuses, 'status SUCCEEDED')
 
 
 def test_cancel_while_waiting_leaves_the_box_on_the_belt(start):
