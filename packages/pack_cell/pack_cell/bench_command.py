@@ -10,7 +10,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pack_cell.bench_options import add_bench, cases_of, settings_of
+from pack_cell.bench_cases import cases_of, settings_of
+from pack_cell.bench_options import add_bench
 
 if TYPE_CHECKING:
     from rich.progress import Progress

@@ -92,13 +92,17 @@ WRONG = {
     'shuffle alone': (['--shuffle', '1'], '--shuffle needs --boxes'),
     'one box per bin': (['--boxes-per-bin', '1'], '1 is out of range'),
     'no folder': (['--json', '/proc/nowhere/x.json'], '/proc/nowhere/x.json cannot be written'),
-    'same file': (['--json', '/tmp/x', '--plan', '/tmp/x'], 'two outputs have the same'),
+    'same file': (['--json', 'x.json', '--plan', './x.json'], 'two outputs have the same'),
+    'unknown backend': (['--backend', 'gurobi'], "unknown backend 'gurobi': use one of search"),
+    'no such backend': (['--algorithms', 'walle', '--backend', 'milp'], "'walle' has no backend"),
+    'no destination': (['--destinations', '0'], '0 is out of range'),
     'figure format': (['--figure', '/tmp/x.txt'], 'must end in .svg, .png or .pdf'),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize('name', WRONG)
-def test_wrong_input_is_one_line_and_exit_code_2(name, capsys):
+def test_wrong_input_is_one_line_and_exit_code_2(name, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     arguments, text = WRONG[name]
     assert bench(*arguments) == 2
     error = capsys.readouterr().err

@@ -63,7 +63,7 @@ class Planner:
 
     def use(self, settings: Settings) -> None:
         """Decide under ``settings`` from now on."""
-        warm_up(settings.algorithm, settings.profile)
+        warm_up(settings.algorithm, settings.profile, settings.backend)
         kept = {
             weights: engine
             for weights, engine in self._engines.items()

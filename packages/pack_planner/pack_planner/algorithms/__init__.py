@@ -37,6 +37,9 @@ ALGORITHMS: dict[str, Algorithm] = {
     'best_short_side_fit': best_short_side_fit,
 }
 
+#: Those that minimise eq. (1), and so can leave that to another backend.
+WITH_BACKENDS = ('mpack_lite', 'mpack')
+
 
 def find_algorithm(name: str) -> Algorithm:
     """The algorithm called ``name``; ``ValueError`` lists the known ones."""
@@ -47,4 +50,12 @@ def find_algorithm(name: str) -> Algorithm:
         raise ValueError(msg) from None
 
 
-__all__ = ['ALGORITHMS', 'Algorithm', 'Choice', 'PackRule', 'Problem', 'find_algorithm']
+__all__ = [
+    'ALGORITHMS',
+    'WITH_BACKENDS',
+    'Algorithm',
+    'Choice',
+    'PackRule',
+    'Problem',
+    'find_algorithm',
+]

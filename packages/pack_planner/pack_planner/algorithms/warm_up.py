@@ -13,8 +13,8 @@ from pack_planner.engine import Engine
 
 
 @lru_cache(maxsize=128)
-def warm_up(algorithm: str, profile: Profile) -> None:
-    """Let ``algorithm`` decide on a few small boxes; once per process and profile.
+def warm_up(algorithm: str, profile: Profile, backend: str = 'search') -> None:
+    """Let ``algorithm`` decide on a few small boxes; once per process, profile and backend.
 
     Raises
     ------
@@ -31,7 +31,8 @@ def warm_up(algorithm: str, profile: Profile) -> None:
     target = Bin('warm-up', 1, BinSpec('warm-up', (400, 300, 300)))
     for look_ahead in (1, 1, 3):
         left = tuple(box for box in boxes if box not in [one.box for one in target.boxes])
-        problem = Problem(engine, left[:look_ahead], (engine.model(target),))
+        models = (engine.model(target),)
+        problem = Problem(engine, left[:look_ahead], models, backend=backend)
         choice = decide(problem)
         if choice is not None:
             target = with_box(target, choice.candidate.placed)

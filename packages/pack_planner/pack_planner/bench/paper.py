@@ -58,7 +58,7 @@ def paper_figures(case: Case, settings: Settings) -> JsonObject | None:
     First fit and best fit on SYN have none of their own, but with one box in the look-ahead
     they are O-FF and O-BF.
     """
-    if settings.profile.name != 'paper' or case.algorithm not in NAMES:
+    if settings.profile.name != 'paper' or case.algorithm not in NAMES or settings.destinations > 1:
         return None
     name = NAMES[case.algorithm]
     found = table().get((name, case.bin_spec.name, case.look_ahead))

@@ -31,6 +31,19 @@ def with_ci(record: JsonObject) -> str:
     return percent(record['fill_closed']) + ('' if half is None else f' ± {half:.2f}')
 
 
+def name(record: JsonObject) -> str:
+    """The algorithm, and its backend where that is not our own search."""
+    if record['backend'] in (None, 'search'):
+        return str(record['algorithm'])
+    return f'{record["algorithm"]}, {record["backend"]}'
+
+
+def title(record: JsonObject) -> str:
+    """The same with the paper's name of the algorithm, where it has one."""
+    algorithm = str(record['algorithm'])
+    return NAMES.get(algorithm, algorithm) + name(record).removeprefix(algorithm)
+
+
 def row(record: JsonObject) -> tuple[str, ...]:
     """The cells of a record under :data:`HEADINGS`."""
     paper = record['paper'] or {'fill': None, 'seconds': None}
@@ -39,7 +52,7 @@ def row(record: JsonObject) -> tuple[str, ...]:
     return (
         record['bin'],
         str(record['look_ahead']),
-        record['algorithm'],
+        name(record),
         with_ci(record),
         percent(record['fill_all']),
         percent(record['fill_first_failure']),
@@ -65,17 +78,19 @@ def table1(records: Sequence[JsonObject]) -> tuple[tuple[str, ...], list[tuple[s
     Only algorithms, bins and look-aheads that ``records`` has. An exclamation mark: ours is below
     the paper's by more than its own confidence interval.
     """
-    by_key = {(one['look_ahead'], one['bin'], one['algorithm']): one for one in records}
-    algorithms = [name for name in NAMES if any(key[2] == name for key in by_key)]
+    by_key = {(one['look_ahead'], one['bin'], name(one)): one for one in records}
+    known = [one for one in records if one['algorithm'] in NAMES]
+    known.sort(key=lambda one: list(NAMES).index(one['algorithm']))
+    columns = {name(one): title(one) for one in known}
     bins = list(dict.fromkeys(one['bin'] for one in records))
     rows = []
     for look_ahead in sorted({one['look_ahead'] for one in records}):
         for bin_name in bins:
-            found = [by_key.get((look_ahead, bin_name, name)) for name in algorithms]
+            found = [by_key.get((look_ahead, bin_name, column)) for column in columns]
             if any(found):
                 cells = (MISSING if one is None else _beside_paper(one) for one in found)
                 rows.append((str(look_ahead), bin_name, *cells))
-    headings = ('look-ahead', 'bin', *(f'{NAMES[name]} % [paper]' for name in algorithms))
+    headings = ('look-ahead', 'bin', *(f'{one} % [paper]' for one in columns.values()))
     return headings, rows
 
 
@@ -99,11 +114,13 @@ def sources(records: Sequence[JsonObject]) -> list[str]:
     for one in records:
         settings = one['settings']
         boxes = one['boxes_source']
+        count = settings['destinations']
+        pool = f' for {count} destinations' if count else ''
         if settings['boxes_per_bin']:
             boxes += f', {settings["boxes_per_bin"]} boxes per bin'
         found[one['bin'], boxes] = (
             f'{one["bin"]}: {one["collections"]} collections of {boxes}; orientations '
-            f'{settings["orientations"]!r}, {settings["open_bins"]} open bins, seed '
+            f'{settings["orientations"]!r}, {settings["open_bins"]} open bins{pool}, seed '
             f'{settings["seed"]}; {settings["clock"]} time.'
         )
     return list(found.values())

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 
 from pack_msgs_py.metrics import time_summary
+from pack_planner.algorithms import WITH_BACKENDS
 from pack_planner.bench.paper import paper_figures
 from pack_planner.bench.values import Case, JsonObject, Packed, Settings
 
@@ -21,7 +22,8 @@ _Z975 = 1.959964
 
 #: Keys of a record that say what it is about; the others say what came of it.
 IDENTITY = (
-    'algorithm', 'bin', 'look_ahead', 'profile', 'boxes_source', 'collections', 'settings',
+    'algorithm', 'backend', 'bin', 'look_ahead', 'profile', 'boxes_source', 'collections',
+    'settings',
 )  # fmt: skip
 
 
@@ -68,6 +70,7 @@ def identity(case: Case, settings: Settings) -> JsonObject:
     source, profile = case.source, settings.profile
     return {
         'algorithm': case.algorithm,
+        'backend': case.backend if case.algorithm in WITH_BACKENDS else None,
         'bin': case.bin_spec.name,
         'look_ahead': case.look_ahead,
         'profile': profile.name,
@@ -77,6 +80,7 @@ def identity(case: Case, settings: Settings) -> JsonObject:
             'bin_size_mm': list(case.bin_spec.size_mm),
             'orientations': profile.orientations,
             'open_bins': settings.open_bins,
+            'destinations': settings.destinations,
             'weights': list(asdict(settings.weights.of(case.bin_spec)).values()),
             **asdict(settings.options),
             'budget_s': settings.budget_s,

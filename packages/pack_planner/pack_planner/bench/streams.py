@@ -18,8 +18,23 @@ INDUSTRIAL_BINS = 4
 def collection(case: Case, settings: Settings, number: int) -> tuple[Box, ...]:
     """The boxes of collection ``number``, from 0, in the order of their arrival.
 
-    Equal for all algorithms and look-aheads, so that these are compared on the same boxes.
+    Equal for all algorithms and look-aheads, so that these are compared on the same boxes. Each has
+    one of ``settings.destinations``, if there are any; whatever the file says then does not count.
     """
+    boxes = _boxes(case, settings, number)
+    count = settings.destinations
+    if not count:
+        return boxes
+    rng = random.Random(f'{settings.seed}/{case.bin_spec.name}/{number}/destinations')
+    return tuple(replace(box, destination=destination(rng.randrange(count))) for box in boxes)
+
+
+def destination(number: int) -> str:
+    """Name of destination ``number``, from 0."""
+    return f'destination {number + 1}'
+
+
+def _boxes(case: Case, settings: Settings, number: int) -> tuple[Box, ...]:
     source = case.source
     rng = random.Random(f'{settings.seed}/{case.bin_spec.name}/{number}')
     if not source.boxes:

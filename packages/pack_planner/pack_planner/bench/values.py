@@ -39,13 +39,17 @@ class Source:
 
 @dataclass(frozen=True)
 class Case:
-    """One record of the benchmark: an algorithm on one kind of bin with one look-ahead."""
+    """One record of the benchmark: an algorithm on one kind of bin with one look-ahead.
+
+    ``backend`` is who minimises for it, where the algorithm leaves that open.
+    """
 
     algorithm: str
     bin_spec: BinSpec
     look_ahead: int
     collections: int
     source: Source
+    backend: str = 'search'
 
 
 @dataclass(frozen=True)
@@ -58,6 +62,7 @@ class Settings:
     weights : of eq. (1), for each kind of bin.
     options : see :class:`pack_planner.options.Options`.
     open_bins : bins that stand open at a time.
+    destinations : each box has one of so many, each bin takes boxes of one; 0 for one pool.
     boxes_per_bin : into how many boxes a SYN bin is cut.
     seed : of the collections.
     budget_s : seconds that a decision may take.
@@ -69,6 +74,7 @@ class Settings:
     weights: WeightTable = field(default_factory=WeightTable)
     options: Options = field(default_factory=Options)
     open_bins: int = 3
+    destinations: int = 0
     boxes_per_bin: int = 23
     seed: int = 1
     budget_s: float = 5.0
