@@ -35,12 +35,11 @@ from pack_planner.negotiation import (
     learn,
 )
 from pack_planner.outputs import Ahead, Asked, Outputs, Plan
+from pack_planner.patience import Patience
 from pack_planner.policy import Situation
 from pack_planner.refusals import Refusals
 from pack_planner.running import Goal
 
-#: How long the planner waits for a full look-ahead before it takes what there is.
-PATIENCE_S = 3.0
 BINS_TIMEOUT_S = 5.0
 SWAP_TIMEOUT_S = 5.0
 #: Backstop behind the QoS events of the heartbeat.
@@ -56,8 +55,10 @@ class Coordinator:
         clock: Callable[[], float],
         look_ahead: int,
         asking: Asking | None = None,
+        patience: Patience | None = None,
     ) -> None:
         self.look_ahead = look_ahead
+        self._patience = patience or Patience(look_ahead)
         self.asking = asking or Asking()
         self._out = outputs
         self._clock = clock
@@ -73,7 +74,6 @@ class Coordinator:
         self._free_s = -math.inf
         self._last_box = ''
         self._stale_inputs = False
-        self._short_since_s: float | None = None
         self._new_bins: tuple[str, int, float] | None = None  # bin id, revision seen, until
         self._swap: tuple[Bin, float] | None = None
 
@@ -274,7 +274,7 @@ class Coordinator:
         ahead, self._ahead = self._ahead, None
         if ahead is not None and self._still_holds(ahead.outcome, ahead.plan.bins):
             self._carry_out(ahead.outcome, ahead.plan, announced=True, ready_s=ahead.ready_s)
-        elif self._belt_is_ready():
+        elif self._patience.over(self._in, self._clock()):
             self._start_plan(self._bins(), ahead=False)
 
     def _plan_ahead(self, goal: Goal) -> None:
@@ -291,18 +291,8 @@ class Coordinator:
             self._ahead = None
         if any(item.box.id == goal.decision.box.id for item in self._scan().boxes):
             return
-        if self._in.look_ahead_full(self.look_ahead):
+        if self._patience.enough(self._in):
             self._start_plan(expected_bins(self._bins(), goal.decision), ahead=True)
-
-    def _belt_is_ready(self) -> bool:
-        """Whether the look-ahead is as full as it gets; after a while, whether it has any box."""
-        if self._in.look_ahead_full(self.look_ahead):
-            self._short_since_s = None
-            return bool(self._in.available())
-        now = self._clock()
-        if self._short_since_s is None:
-            self._short_since_s = now
-        return now - self._short_since_s > PATIENCE_S and bool(self._in.available())
 
     def _start_plan(self, bins: tuple[Bin, ...], *, ahead: bool, talk: Talk | None = None) -> None:
         """Have a decision computed; ``talk`` is what was said when the arm refused the last one."""

@@ -73,6 +73,7 @@ from pack_planner.decide import Planner
 from pack_planner.inputs import Heartbeat, check_scan
 from pack_planner.negotiation import Answer, Asking
 from pack_planner.parameters import PlannerParameters, settings
+from pack_planner.patience import Patience
 from pack_planner.pick_point import pick_pose
 from pack_planner.policy import Situation
 from pack_planner.worker import Worker
@@ -105,7 +106,8 @@ class PlannerNode(Node):
         self._worker.submit(partial(self._answer, WARM_UP, None, 1))
         p = self.parameters
         asking = Asking(p.candidates, p.check_timeout_s, p.deadline_s)
-        self.coordinator = Coordinator(self, time.monotonic, p.look_ahead, asking)
+        patience = Patience(p.look_ahead, p.min_look_ahead, p.patience_s)
+        self.coordinator = Coordinator(self, time.monotonic, p.look_ahead, asking, patience)
 
         self._decisions = self.create_publisher(Placement, 'placements', qos.TOPICS['placements'])
         self._action = ActionClient(self, PlaceBox, 'place_box')

@@ -43,6 +43,22 @@ class PlannerParameters:
     look_ahead: int = parameter(
         5, 'boxes to choose from', unit='boxes', low=1, high=20, read_only=True
     )
+    min_look_ahead: int = parameter(
+        0,
+        'decide at once when there are so many to choose from; 0: wait for the whole look-ahead',
+        unit='boxes',
+        low=0,
+        high=20,
+        read_only=True,
+    )
+    patience_s: float = parameter(
+        3.0,
+        'how long to wait for more boxes while there are some, but not enough',
+        unit='s',
+        low=0.0,
+        high=3600.0,
+        read_only=True,
+    )
     weights: str = parameter(
         DEFAULT_WEIGHTS,
         'weights w1,w2,w3 of eq. (1), lengths in centimetres; for single kinds of bins as in '
@@ -98,7 +114,7 @@ class PlannerParameters:
         high=8,
     )
     check_timeout_s: float = parameter(
-        0.4,
+        1.0,
         'how long the arm may take to answer for each candidate while nothing moves; then the '
         'first choice is sent',
         unit='s',

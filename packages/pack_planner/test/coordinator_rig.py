@@ -22,12 +22,14 @@ OK = ErrorCode.NONE
 class Cell:
     """A coordinator whose every output is written down, and whose inputs are set by hand."""
 
-    def __init__(self, look_ahead=2, **asking):
+    def __init__(self, look_ahead=2, patience=None, **asking):
         self.now = 0.0
         self.done = []
         self.situations = {}
         self.goal_ids = 0
-        self.coordinator = Coordinator(self, lambda: self.now, look_ahead, Asking(**asking))
+        self.coordinator = Coordinator(
+            self, lambda: self.now, look_ahead, Asking(**asking), patience
+        )
         self.sequence = 0
         self.bins_now = (EMPTY,)
         self.boxes = ['a', 'b', 'c']

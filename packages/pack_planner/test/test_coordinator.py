@@ -8,8 +8,8 @@ import pytest
 from coordinator_rig import EMPTY, Cell
 
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode
-from pack_planner.coordinator import PATIENCE_S
 from pack_planner.decide import expected_bins
+from pack_planner.patience import Patience
 
 
 @pytest.fixture
@@ -39,9 +39,30 @@ def test_it_waits_for_a_full_look_ahead_but_not_for_ever(rig):
     rig.bins()
     rig.scan(['a'])
     rig.beat()
-    rig.wait(PATIENCE_S - 0.2)
+    rig.wait(Patience(2).seconds - 0.2)
     assert rig.take() == []
     rig.wait(0.4)
+    assert rig.take() == [('plan', 1)]
+
+
+def test_its_patience_begins_when_there_is_something_to_wait_with(rig):
+    rig.bins()
+    rig.scan([])
+    rig.wait(60.0)
+    rig.scan(['a'])
+    rig.wait(1.0)
+    assert rig.take() == [], 'the second box of a burst may come in a moment'
+    rig.scan(['a', 'b'])
+    assert rig.take() == [('plan', 1)]
+
+
+def test_with_enough_on_the_belt_it_does_not_wait_for_the_rest():
+    rig = Cell(look_ahead=5, patience=Patience(5, least=2, seconds=60.0))
+    rig.bins()
+    rig.beat()
+    rig.scan(['a'])
+    assert rig.take() == []
+    rig.scan(['a', 'b'])
     assert rig.take() == [('plan', 1)]
 
 
