@@ -158,8 +158,7 @@ class Rig:
             self.tally.first_refused += first
             if self.options.verbose:
                 print(f'  {self.where(decision, target)} refused: {text}')
-            corner = decision.corner_mm
-            self.refusals.add(target, decision.box.id, decision.orientation, corner)
+            self.refusals.learn(target, decision, ErrorCode[text.split(':')[0]], lasting=True)
             return False
         self.tally.planning.append(seconds)
         self.note(decision, target, plan.predicted_s)

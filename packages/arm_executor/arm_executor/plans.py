@@ -78,6 +78,8 @@ class PlanCache:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
+        # The arm plans one motion at a time: who asks for one that is being planned gets it too.
+        self._planning = threading.Lock()
         self._kept: list[_Kept] = []
         self._last: MotionPlan | None = None
 
@@ -88,6 +90,12 @@ class PlanCache:
 
         ``poses`` of all boxes in the bins, bin frame, are those at the start of the motion.
         """
+        with self._planning:
+            return self._found_or_made(arm, request, poses, ahead)
+
+    def _found_or_made(
+        self, arm: Arm, request: PlaceRequest, poses: Poses, ahead: Ahead | None
+    ) -> MotionPlan:
         after = None if ahead is None else ahead.plan
         with self._lock:
             if after is self._last:

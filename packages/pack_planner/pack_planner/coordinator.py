@@ -173,11 +173,12 @@ class Coordinator:
             self._plan = None
             self._out.warn(f'no decision: {error}')
             self._stale_inputs = True
-        elif self.asking.candidates and planned.candidates():
-            self._ask(replace(plan, talk=plan.talk.thought(planned)), planned)
-            return
         else:
-            self._settle(planned.outcome, replace(plan, talk=plan.talk.thought(planned)))
+            plan = replace(plan, talk=plan.talk.thought(planned))
+            if self.asking.candidates and planned.candidates():
+                self._ask(plan, planned)
+                return
+            self._settle(planned.outcome, plan)
         self.step()
 
     def _ask(self, plan: Plan, planned: Planned) -> None:
@@ -191,7 +192,7 @@ class Coordinator:
 
     def on_checked(self, number: int, answers: Sequence[Answer] | None) -> None:
         """What the arm says of each candidate; ``None`` when it cannot be asked."""
-        asked, now = self._asked, self._clock()
+        asked = self._asked
         if asked is None or asked.plan.number != number:
             return
         self._asked = None
@@ -199,8 +200,8 @@ class Coordinator:
         chosen: Decision | None = candidates[0]
         if answers is not None:
             deadline_s = self.asking.deadline_s
-            talk = plan.talk.heard(answers, now - asked.asked_s, asked.limit_s)
-            plan = replace(plan, talk=talk)
+            seconds = self._clock() - asked.asked_s
+            plan = replace(plan, talk=plan.talk.heard(answers, seconds, asked.limit_s))
             learn(self._refusals, plan.bins, candidates, answers, deadline_s)
             chosen = choose(candidates, answers, asked.limit_s, deadline_s)
         if chosen is not None:

@@ -41,7 +41,7 @@ class Asking:
     """
 
     candidates: int = 0
-    timeout_s: float = 0.4
+    timeout_s: float = 1.0
     deadline_s: float = 5.5
 
 

@@ -8,11 +8,12 @@ from dataclasses import dataclass, field
 from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.orientation import ORIENTATIONS, oriented_size
-from pack_msgs_py.values import Bin, Box, Int3, Vec3
+from pack_msgs_py.values import Bin, Box
 from pack_planner.engine import Zone
 
 #: After so many refusals of one box in one content of a bin, the box is not offered there until
-#: the content changes: a refusal costs the arm about a tenth of a second.
+#: the content changes: a refusal costs the arm about a tenth of a second. After so many places
+#: where it would take too long, whatever the content, it is not offered to that bin any more.
 TRIES_PER_BOX = 6
 #: The same for all boxes together, in a bin that holds any.
 TRIES_PER_CONTENT = 30
@@ -27,24 +28,27 @@ LASTING = frozenset(
 )
 
 
+_SLOW = frozenset({ErrorCode.DEADLINE_UNREACHABLE})
+
+
 @dataclass(frozen=True)
 class Refused:
     """One refused placement.
 
     Attributes
     ----------
-    box_id, zone : what was refused where.
+    box, zone : what was refused where.
     revision : of the bin at that moment.
+    code : why. What no path led to is refused to every box at least as wide and long, what took
+        too long to every box at least as heavy.
     lasting : whether later contents of the bin do not change it.
-    hole_mm : size along the bin's axes of the box that nothing let through; boxes at least as wide
-        and long are not offered there either. ``None`` when that was not the reason.
     """
 
-    box_id: str
+    box: Box
     zone: Zone
     revision: int
+    code: ErrorCode = ErrorCode.UNKNOWN
     lasting: bool = False
-    hole_mm: Vec3 | None = None
 
 
 class Refusals:
@@ -61,29 +65,7 @@ class Refusals:
         self, target: Bin, decision: Decision, code: ErrorCode, *, lasting: bool = False
     ) -> None:
         """The arm refused ``decision`` with ``code``, or failed at it, in ``target`` as it is."""
-        hole = oriented_size(decision.box.size_mm, decision.orientation)
-        self.add(
-            target,
-            decision.box.id,
-            decision.orientation,
-            decision.corner_mm,
-            lasting=lasting or code in LASTING,
-            hole_mm=hole if code is ErrorCode.PATH_IN_COLLISION else None,
-        )
-
-    def add(
-        self,
-        target: Bin,
-        box_id: str,
-        orientation: str,
-        corner_mm: Int3,
-        *,
-        lasting: bool = False,
-        hole_mm: Vec3 | None = None,
-    ) -> None:
-        """Remember a placement into ``target`` as it is now; see :class:`Refused`."""
-        zone = Zone(orientation, corner_mm)
-        refused = Refused(box_id, zone, target.revision, lasting, hole_mm)
+        refused = _refused(target, decision, code, lasting=lasting or code in LASTING)
         self._by_bin[target.id] = (*self._by_bin.get(target.id, ()), refused)
 
     def forget_old(self, bins: tuple[Bin, ...]) -> None:
@@ -128,8 +110,7 @@ class Forbidden:
 
     def plus(self, target: Bin, decision: Decision) -> Forbidden:
         """The same with ``decision`` refused too."""
-        zone = Zone(decision.orientation, decision.corner_mm)
-        more = Refused(decision.box.id, zone, target.revision)
+        more = _refused(target, decision)
         by_bin = {**self.by_bin, target.id: (*self.by_bin.get(target.id, ()), more)}
         return Forbidden(by_bin, self.contents)
 
@@ -140,27 +121,41 @@ class Forbidden:
             return ()
         content = self.contents.get(target.id, max(one.revision for one in known))
         fresh = [one for one in known if one.revision == content]
-        tries = sum(one.box_id == box.id for one in fresh)
-        if tries >= TRIES_PER_BOX or (target.boxes and len(fresh) >= TRIES_PER_CONTENT):
+        tries = sum(one.box.id == box.id for one in fresh)
+        slow = sum(one.box.id == box.id and one.code in _SLOW and one.lasting for one in known)
+        if max(tries, slow) >= TRIES_PER_BOX:
+            return None
+        if target.boxes and len(fresh) >= TRIES_PER_CONTENT:
             return None
         own = self.refused(box, target)
-        return (*own, *(zone for one in known for zone in _too_narrow(one, box, target)))
+        return (*own, *(zone for one in known for zone in _also_refused(one, box, target)))
 
     def _own(self, box: Box, target: Bin) -> list[Refused]:
         known = self.by_bin.get(target.id, ())
-        return [r for r in known if r.box_id == box.id and r.revision <= target.revision]
+        return [r for r in known if r.box.id == box.id and r.revision <= target.revision]
 
 
-def _too_narrow(refused: Refused, box: Box, target: Bin) -> list[Zone]:
-    """Where ``box`` would go down the hole that was too narrow for another one."""
-    hole = refused.hole_mm
-    if hole is None or refused.box_id == box.id or refused.revision > target.revision:
+def _refused(
+    target: Bin, decision: Decision, code: ErrorCode = ErrorCode.UNKNOWN, *, lasting: bool = False
+) -> Refused:
+    zone = Zone(decision.orientation, decision.corner_mm)
+    return Refused(decision.box, zone, target.revision, code, lasting)
+
+
+def _also_refused(refused: Refused, box: Box, target: Bin) -> list[Zone]:
+    """Where ``box`` would go down a hole too narrow, or a way too long, for another one."""
+    other = refused.box
+    if not refused.lasting or other.id == box.id or refused.revision > target.revision:
         return []
+    hole = oriented_size(other.size_mm, refused.zone.orientation)
     x, y, z = refused.zone.corner_mm
     found = []
     for orientation in ORIENTATIONS:
         size = oriented_size(box.size_mm, orientation)
-        if size[0] >= hole[0] and size[1] >= hole[1]:
+        wider = size[0] >= hole[0] and size[1] >= hole[1]
+        if (refused.code is ErrorCode.PATH_IN_COLLISION and wider) or (
+            refused.code in _SLOW and box.weight_kg >= other.weight_kg
+        ):
             corner = (round(x + (hole[0] - size[0]) / 2), round(y + (hole[1] - size[1]) / 2), z)
             found.append(Zone(orientation, corner))
     return found

@@ -23,7 +23,7 @@ from pack_planner.decide import (
     rest_height_mm,
 )
 from pack_planner.engine import EngineMismatch, Weights
-from pack_planner.refusals import Forbidden, Refusals
+from pack_planner.refusals import Forbidden
 from pack_planner.weights import WeightTable
 
 EMPTY = Bin('bin-1', 1, SMALL, revision=4)
@@ -112,57 +112,6 @@ def test_a_box_that_only_the_orientation_rule_keeps_out_is_oversize():
     assert isinstance(
         Planner(Settings('mpack_lite', PROFILES['paper']), Clock()).decide(situation([tall])), Place
     )
-
-
-def refused(target, box_id, *corners):
-    memory = Refusals()
-    for corner in corners:
-        memory.add(target, box_id, 'xyz', corner)
-    return memory
-
-
-def test_a_refused_box_goes_at_least_ten_centimetres_away(planner):
-    box = Box('a', (100.0, 100.0, 100.0))
-    memory = refused(EMPTY, 'a', (0, 0, 0))
-    decision = planner.decide(situation([box], forbidden=memory.snapshot())).decision
-    assert decision.corner_mm == (100, 0, 0)
-
-
-SIX = [(x, y, 0) for x in (0, 100, 200) for y in (0, 100)]
-
-
-def test_a_box_refused_six_times_in_an_empty_bin_is_unreachable(planner):
-    box = Box('a', (100.0, 100.0, 100.0))
-    memory = refused(EMPTY, 'a', *SIX)
-    outcome = planner.decide(situation([box], forbidden=memory.snapshot()))
-    assert isinstance(outcome, Reject)
-    assert outcome.decision.reject_reason is Reason.UNREACHABLE
-    other = Bin('bin-2', 2, SMALL)
-    outcome = planner.decide(situation([box], EMPTY, other, forbidden=memory.snapshot()))
-    assert isinstance(outcome, Place) and outcome.decision.bin_id == 'bin-2'
-
-
-def test_when_everything_is_refused_the_fullest_bin_is_closed(planner):
-    target = Bin('b', 1, SMALL, (block(100),), revision=2)
-    memory = refused(target, 'a', *((x, y, 100) for x, y, _ in SIX))
-    box = Box('a', (100.0, 100.0, 100.0))
-    assert planner.decide(situation([box], target, forbidden=memory.snapshot())) == Close(target)
-
-
-def test_a_refusal_also_holds_in_the_bin_as_virtual_packing_goes_on():
-    snapshot = refused(EMPTY, 'a', (0, 0, 0)).snapshot()
-    box = Box('a', (100.0, 100.0, 100.0))
-    packed_virtually = replace(EMPTY, boxes=(block(100),), revision=EMPTY.revision + 1)
-    assert snapshot(box, packed_virtually) == snapshot(box, EMPTY) != ()
-    assert snapshot(Box('b', box.size_mm), packed_virtually) == ()
-
-
-def test_refusals_are_forgotten_when_the_bin_changes():
-    memory = refused(EMPTY, 'a', (0, 0, 0))
-    memory.forget_old((EMPTY,))
-    assert memory.snapshot().by_bin
-    memory.forget_old((replace(EMPTY, revision=5),))
-    assert not memory.snapshot().by_bin
 
 
 def test_a_box_comes_to_rest_on_measured_tops_not_on_rounded_ones():

@@ -1,0 +1,146 @@
+"""What the planner remembers of what the arm refused, and what it offers instead."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+
+import pytest
+from planner_cases import SMALL
+from test_decide import EMPTY, block, situation
+
+from pack_msgs_py.cell_values import Decision
+from pack_msgs_py.codes import ErrorCode, Reason
+from pack_msgs_py.profiles import PROFILES
+from pack_msgs_py.values import Bin, Box
+from pack_planner.alternatives import planned, quick
+from pack_planner.decide import Close, Place, Planner, Reject, Settings
+from pack_planner.refusals import TRIES_PER_CONTENT, Refusals
+
+
+@pytest.fixture
+def planner():
+    return Planner(Settings('mpack_lite', PROFILES['paper']), lambda: 0.0)
+
+
+def refused(target, box_id, *corners, code=ErrorCode.RULE_VIOLATION, size=(100.0, 100.0, 100.0)):
+    memory = Refusals()
+    for corner in corners:
+        decision = Decision(Box(box_id, size, 5.0), target.id, corner_mm=corner)
+        lasting = code is ErrorCode.DEADLINE_UNREACHABLE
+        memory.learn(target, decision, code, lasting=lasting)
+    return memory
+
+
+def test_a_refused_box_goes_at_least_ten_centimetres_away(planner):
+    box = Box('a', (100.0, 100.0, 100.0))
+    memory = refused(EMPTY, 'a', (0, 0, 0))
+    decision = planner.decide(situation([box], forbidden=memory.snapshot())).decision
+    assert decision.corner_mm == (100, 0, 0)
+
+
+SIX = [(x, y, 0) for x in (0, 100, 200) for y in (0, 100)]
+
+
+def test_a_box_refused_six_times_in_an_empty_bin_is_unreachable(planner):
+    box = Box('a', (100.0, 100.0, 100.0))
+    memory = refused(EMPTY, 'a', *SIX)
+    outcome = planner.decide(situation([box], forbidden=memory.snapshot()))
+    assert isinstance(outcome, Reject)
+    assert outcome.decision.reject_reason is Reason.UNREACHABLE
+    other = Bin('bin-2', 2, SMALL)
+    outcome = planner.decide(situation([box], EMPTY, other, forbidden=memory.snapshot()))
+    assert isinstance(outcome, Place) and outcome.decision.bin_id == 'bin-2'
+
+
+def test_when_everything_is_refused_the_fullest_bin_is_closed(planner):
+    target = Bin('b', 1, SMALL, (block(100),), revision=2)
+    memory = refused(target, 'a', *((x, y, 100) for x, y, _ in SIX))
+    box = Box('a', (100.0, 100.0, 100.0))
+    assert planner.decide(situation([box], target, forbidden=memory.snapshot())) == Close(target)
+
+
+def test_a_refusal_also_holds_in_the_bin_as_virtual_packing_goes_on():
+    snapshot = refused(EMPTY, 'a', (0, 0, 0)).snapshot()
+    box = Box('a', (100.0, 100.0, 100.0))
+    packed_virtually = replace(EMPTY, boxes=(block(100),), revision=EMPTY.revision + 1)
+    assert snapshot(box, packed_virtually) == snapshot(box, EMPTY) != ()
+    assert snapshot(Box('b', box.size_mm), packed_virtually) == ()
+
+
+def test_refusals_are_forgotten_when_the_bin_changes():
+    memory = refused(EMPTY, 'a', (0, 0, 0))
+    memory.forget_old((EMPTY,))
+    assert memory.snapshot().by_bin
+    memory.forget_old((replace(EMPTY, revision=5),))
+    assert not memory.snapshot().by_bin
+
+
+def test_what_no_path_leads_to_is_refused_as_long_as_the_bin_stands():
+    memory = refused(EMPTY, 'a', (0, 0, 0), code=ErrorCode.PATH_IN_COLLISION)
+    grown = replace(EMPTY, revision=9)
+    memory.forget_old((grown,))
+    assert memory.snapshot((grown,)).refused(Box('a', (100.0, 100.0, 100.0)), grown)
+    memory.forget_old((Bin('another', 2, SMALL),))
+    assert memory.snapshot().by_bin == {}
+
+
+def test_a_hole_too_narrow_for_one_box_is_not_offered_to_a_wider_one():
+    memory = refused(EMPTY, 'a', (200, 100, 0), code=ErrorCode.PATH_IN_COLLISION)
+    snapshot = memory.snapshot((EMPTY,))
+    wider, narrower = Box('w', (140.0, 120.0, 50.0)), Box('n', (90.0, 90.0, 50.0))
+    corners = {zone.orientation: zone.corner_mm for zone in snapshot(wider, EMPTY)}
+    assert corners['xyz'] == (180, 90, 0)
+    assert snapshot(narrower, EMPTY) == ()
+
+
+def test_a_way_too_long_for_one_box_is_not_offered_to_a_heavier_one():
+    memory = refused(EMPTY, 'a', (200, 100, 0), code=ErrorCode.DEADLINE_UNREACHABLE)
+    snapshot = memory.snapshot((EMPTY,))
+    heavier, lighter = Box('h', (90.0, 90.0, 50.0), 7.0), Box('l', (300.0, 300.0, 50.0), 2.0)
+    assert snapshot(heavier, EMPTY) != ()
+    assert snapshot(lighter, EMPTY) == ()
+
+
+def test_a_box_too_slow_at_six_places_is_not_offered_to_that_bin_again():
+    memory = refused(EMPTY, 'a', *SIX, code=ErrorCode.DEADLINE_UNREACHABLE)
+    grown = replace(EMPTY, revision=9, boxes=(block(100),))
+    memory.forget_old((grown,))
+    assert memory.snapshot((grown,))(Box('a', (100.0, 100.0, 100.0)), grown) is None
+
+
+def test_a_full_bin_in_which_the_arm_refused_thirty_placements_is_left_alone():
+    target = Bin('b', 1, SMALL, (block(100),), revision=2)
+    memory = Refusals()
+    for number in range(TRIES_PER_CONTENT):
+        other = Decision(Box(f'box {number}', (100.0, 100.0, 100.0)), target.id)
+        memory.learn(target, other, ErrorCode.NO_IK_SOLUTION)
+    box = Box('new', (100.0, 100.0, 100.0))
+    assert memory.snapshot((target,))(box, target) is None
+    grown = replace(target, revision=3)
+    memory.forget_old((grown,))
+    assert memory.snapshot((grown,))(box, grown) == ()
+
+
+def test_refusals_for_what_did_not_come_about_are_forgotten():
+    expected = replace(EMPTY, revision=EMPTY.revision + 1)
+    memory = refused(expected, 'a', (0, 0, 0), code=ErrorCode.PATH_IN_COLLISION)
+    memory.forget_expected((EMPTY,))
+    assert memory.snapshot((EMPTY,)).by_bin == {}
+
+
+def test_alternatives_keep_away_from_each_other_and_come_best_first(planner):
+    box = Box('a', (100.0, 100.0, 100.0))
+    found = planned(planner.decide, planner.decide, situation([box]), 4)
+    corners = [one.corner_mm for one in found.candidates()]
+    objectives = [one.objective for one in found.candidates()]
+    assert len(corners) == 4 and objectives == sorted(objectives)
+    for one, other in itertools.combinations(found.candidates(), 2):
+        apart = max(abs(a - b) for a, b in zip(one.corner_mm, other.corner_mm, strict=True))
+        assert one.orientation != other.orientation or apart >= 100
+
+
+def test_alternatives_of_mpack_come_from_mpack_lite():
+    settings = Settings('mpack', PROFILES['cell'], backend='milp')
+    assert (quick(settings).algorithm, quick(settings).backend) == ('mpack_lite', 'search')
+    assert quick(replace(settings, algorithm='dbl')).algorithm == 'dbl'
