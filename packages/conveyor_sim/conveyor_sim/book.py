@@ -6,9 +6,11 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import replace
 
+from conveyor_sim.faults import MAX_SCANS, Fault, joint
+from conveyor_sim.gate import Gate
 from conveyor_sim.ledger import INSERTED_FROM, BoxRecord, Ledger, LedgerError, Place
 from conveyor_sim.streams.stream import Stream
-from pack_msgs_py.cell_values import BoxEvent
+from pack_msgs_py.cell_values import BoxEvent, Pose
 from pack_msgs_py.codes import BoxEventKind, Reason
 from pack_msgs_py.values import Box
 
@@ -22,13 +24,16 @@ class Book:
         From any method: the ledger cannot be read or written.
     """
 
-    def __init__(self, stream: Stream, ledger: Ledger) -> None:
+    def __init__(self, stream: Stream, ledger: Ledger, gate: Gate) -> None:
         self.ledger = ledger
         self.supplied = 0
         self._stream = stream
+        self._gate = gate
         self._inserted = ledger.inserted()
         self._records: dict[str, BoxRecord] = {}
         self._waiting: dict[str, int] = {}
+        #: Boxes that nobody sees, by the box before them; their record's text names it too.
+        self._unseen: dict[str, str] = {}
         self._elsewhere: dict[str, BoxRecord] = {}
         self._dirty: dict[str, BoxRecord] = {}
         self._events: list[BoxEvent] = []
@@ -70,13 +75,52 @@ class Book:
         """Whether a box of this name may come from here."""
         return box_id in self._records or box_id in self._stream
 
-    def box(self, record: BoxRecord) -> Box:
-        """The box of a record."""
+    def true_box(self, record: BoxRecord) -> Box:
+        """The box of a record as it really is."""
         if record.ordinal >= INSERTED_FROM:
             return self._inserted[record.ordinal]
         entry = self._stream[record.ordinal]
         assert isinstance(entry, Box)
-        return entry
+        return self._gate.body(entry, record.ordinal)
+
+    def box(self, record: BoxRecord) -> Box:
+        """What rides in its place: the box, with the one that nobody sees behind it."""
+        box, hidden = self.true_box(record), self._unseen.get(record.box_id)
+        return box if hidden is None else joint(box, self.true_box(self._records[hidden]))
+
+    def seen(self, box_id: str) -> Box:
+        """What the scanner says of the box that rides under this name."""
+        record = self._records[box_id]
+        return self._gate.seen(self.box(record), record.ordinal, record.scans)
+
+    def true_pose(self, record: BoxRecord, length_m: float) -> Pose:
+        """Where its centre really is once it stands at the pick point, frame `cell`."""
+        true = self.true_box(record)
+        return self._gate.true_pose(true, record.ordinal, record.scans, length_m)
+
+    def falls(self, record: BoxRecord) -> bool:
+        """Whether this box falls off the belt on its way to the pick point."""
+        return self._gate.fault(record.ordinal, record.scans) is Fault.FALLEN
+
+    def scan_again(self, record: BoxRecord, reason: Reason, text: str, stamp_s: float) -> None:
+        """A box that was not what it seemed goes to the induct for a second scan, the last one."""
+        if record.scans >= MAX_SCANS:
+            self.reject(record, reason, text, stamp_s)
+            return
+        self.note(f'{record.box_id}: scanned again; {text}')
+        again = replace(record, place=Place.WAITING, slot=None, scans=record.scans + 1)
+        self.set(again)
+        self.uncover()
+
+    def uncover(self) -> None:
+        """Boxes that nobody saw are found once the one before them has gone: they are fed again."""
+        for before, box_id in list(self._unseen.items()):
+            first = self._records[before]
+            if first.place in (Place.ON_BELT, Place.WAITING) and first.scans == 1:
+                continue
+            self.note(f'{box_id}: was behind {before}, read as one with it; scanned alone')
+            hidden = self._records[box_id]
+            self.set(replace(hidden, place=Place.WAITING, text='', scans=hidden.scans + 1))
 
     def waiting(self) -> BoxRecord | None:
         """The box that waits at the induct and comes next: those of the stream by their order."""
@@ -139,6 +183,10 @@ class Book:
             self._waiting[record.box_id] = record.ordinal
         else:
             self._waiting.pop(record.box_id, None)
+        if record.place is Place.UNSEEN:
+            self._unseen[record.text] = record.box_id
+        elif self._unseen:
+            self._unseen = {a: b for a, b in self._unseen.items() if b != record.box_id}
 
     def _check(self, number: int, record: BoxRecord) -> None:
         entry = self._stream[number] if number < len(self._stream) else None

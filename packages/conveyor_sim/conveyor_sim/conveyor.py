@@ -13,14 +13,14 @@ from dataclasses import replace
 from conveyor_sim.belt_statistics import Statistics
 from conveyor_sim.belt_time import BeltTime
 from conveyor_sim.book import Book, rejection
-from conveyor_sim.induct import Induct
+from conveyor_sim.induct import Induct, feed
 from conveyor_sim.ledger import BoxRecord, Ledger, Place
 from conveyor_sim.loop import Belt
-from conveyor_sim.outcome import Outcome, Plan
+from conveyor_sim.outcome import Outcome, Plan, merged
 from conveyor_sim.scans import ScanMaker
 from conveyor_sim.streams.stream import Stream
 from conveyor_sim.transitions import next_place
-from pack_msgs_py.cell_values import BoxEvent, Decision, Scan
+from pack_msgs_py.cell_values import BoxEvent, Decision, Scan, ScannedBox
 from pack_msgs_py.codes import BoxEventKind, PlacementStatus, Reason
 from pack_msgs_py.values import Box
 
@@ -48,11 +48,11 @@ class Conveyor:
         plan = plan or Plan()
         self._belt = belt
         self._ledger = ledger
-        self._book = Book(stream, ledger)
-        self._induct = Induct(stream, self._book, plan.arrivals, belt.refusal)
+        self._book = Book(stream, ledger, plan.gate)
+        self._induct = Induct(stream, self._book, plan.arrivals, plan.gate, belt.refusal)
         self._time = BeltTime(belt, plan.jams, plan.speed)
         self._clock = self._time.clock
-        self._scans = ScanMaker(belt, ledger, length_m)
+        self._scans = ScanMaker(belt, ledger, self._book, length_m)
         self._max_laps = plan.max_laps
         self._draining = ledger.setting('draining') == 'yes'
         self._newest: tuple[float, int] | None = None
@@ -128,6 +128,10 @@ class Conveyor:
                 self._reject(record, decision.reject_reason, text, now_s, stamp_s)
             return self._finish(now_s, stamp_s)
         if record.place is Place.ON_BELT and record.slot is not None:
+            if self._book.falls(record):
+                text = 'fell off the belt on its way to the pick point'
+                self._reject(record, Reason.FAULT, text, now_s, stamp_s)
+                return self._finish(now_s, stamp_s)
             self._chosen = record.box_id
             self._belt.bring(record.slot, now_s)
             return self._finish(now_s, stamp_s, moved=True)
@@ -160,7 +164,7 @@ class Conveyor:
             if event.event is BoxEventKind.RETURNED and stamp_ns > record.stamp_ns:
                 # Back before its picking was heard of: the late PICKED must not take it away.
                 self._book.set(replace(record, stamp_ns=stamp_ns, returned=True))
-            return self._finish(now_s, stamp_s, feed=False)
+            return self._finish(now_s, stamp_s, refill=False)
         returned = record.returned or place is Place.ON_BELT
         moved = replace(record, place=place, stamp_ns=stamp_ns, returned=returned)
         moved = replace(moved, reason=event.reason, text=event.text)
@@ -170,13 +174,12 @@ class Conveyor:
             self._book.set(replace(moved, place=unfed))
             return Outcome()
         if place is Place.ON_BELT:
-            self._take_back(moved, now_s)
+            self._take_back(moved, now_s, stamp_s)
         else:
             picked = place in (Place.PICKED, Place.PLACED)
             self._book.set(replace(moved, laps=self._leave_belt(record, now_s, picked=picked)))
-        if place in (Place.ON_BELT, Place.LOST):
-            what = 'is back on the belt' if place is Place.ON_BELT else 'is lost'
-            self._book.note(f'{record.box_id} {what} {event.text}'.rstrip())
+        if place is Place.LOST:
+            self._book.note(f'{record.box_id} is lost {event.text}'.rstrip())
         return self._finish(now_s, stamp_s)
 
     def on_content(
@@ -189,12 +192,17 @@ class Conveyor:
             for one, record in records.items()
             if record is None or record.place is not Place.PLACED
         ]
-        return Outcome(
-            any(one.changed for one in outcomes),
-            tuple(event for one in outcomes for event in one.events),
-            notes=tuple(note for one in outcomes for note in one.notes),
-            complaints=tuple(text for one in outcomes for text in one.complaints),
-        )
+        return merged(outcomes)
+
+    def on_empty_grasp(self, box_id: str, text: str, now_s: float, stamp_s: float) -> Outcome:
+        """The arm found no box where this one should have been: look for it, and scan it again."""
+        record = self._book.record(box_id)
+        if record is None or record.place is not Place.ON_BELT:
+            return Outcome()
+        self._advance(now_s)
+        laps = self._leave_belt(record, now_s, picked=False)
+        self._book.scan_again(replace(record, laps=laps), Reason.FAULT, text, stamp_s)
+        return self._finish(now_s, stamp_s)
 
     def on_robot_time(self, spent_s: float, now_s: float, stamp_s: float) -> Outcome:
         """The arm has spent so much robot time on a goal; it counts at speed 0."""
@@ -285,6 +293,10 @@ class Conveyor:
         """The look-ahead at this instant; each call has the next sequence number."""
         return self._scans.scan(now_s, stamp_s, self.supplied, self._induct.remaining)
 
+    def true_boxes(self, now_s: float) -> tuple[ScannedBox, ...]:
+        """The boxes on the belt as they really are, for a simulated world."""
+        return self._scans.true_boxes(now_s)
+
     def _advance(self, now_s: float) -> None:
         """Bring robot time up to now, with the jams that began or ended on the way."""
         for began in self._time.advance(now_s):
@@ -293,12 +305,13 @@ class Conveyor:
             self._book.note('jammed' if began else 'the jam is over')
 
     def _finish(
-        self, now_s: float, stamp_s: float, *, feed: bool = True, moved: bool = False
+        self, now_s: float, stamp_s: float, *, refill: bool = True, moved: bool = False
     ) -> Outcome:
         """Fill the gaps, make it durable, and hand out what is to be told."""
         self._starved(now_s, stamp_s)
-        if feed and not self._time.stands:
-            self._feed(now_s, stamp_s)
+        self._book.uncover()
+        if refill and not self._time.stands:
+            feed(self._induct, self._belt, self._clock, now_s, stamp_s, draining=self._draining)
         missed = self._belt.missed()
         for box_id in missed:
             self.statistics.missed_windows += 1
@@ -337,28 +350,6 @@ class Conveyor:
                 text = f'passed over {item.laps} times, at most {self._max_laps} are allowed'
                 self._reject(record, Reason.MAX_LAPS, text, now_s, stamp_s)
 
-    def _feed(self, now_s: float, stamp_s: float) -> None:
-        """Lay on what has come, as long as there is room."""
-        while True:
-            robot_s = self._clock.at(now_s)
-            record = None
-            if not self._draining or self._book.waiting() is not None:
-                record = self._induct.first(robot_s, stamp_s)
-            if record is None:
-                due_s = self._induct.next_arrival_s(robot_s)
-                if self._draining or due_s is None or not self._belt.empty or self._clock.speed:
-                    return
-                # As fast as possible, and nothing else can happen before it comes.
-                self._clock.skip_to(due_s)
-                continue
-            box = self._book.box(record)
-            slot = self._belt.room_for(box, now_s)
-            if slot is None:
-                return
-            self._belt.put(box, slot, now_s, record.laps)
-            fed_s = robot_s if record.fed_s is None else record.fed_s
-            self._book.set(replace(record, place=Place.ON_BELT, slot=slot, fed_s=fed_s))
-
     def _is_spoken_for(self, box_id: str) -> bool:
         """Whether the arm has, or is about to get, a goal for this box."""
         return box_id in (self._chosen, self._handled)
@@ -384,11 +375,16 @@ class Conveyor:
             self.statistics.waited(record.box_id, self._clock.at(now_s) - record.fed_s, laps)
         return laps
 
-    def _take_back(self, record: BoxRecord, now_s: float) -> None:
+    def _take_back(self, record: BoxRecord, now_s: float, stamp_s: float) -> None:
         """Lay a box that the arm brought back where the arm takes it next.
 
-        Boxes that had to make room for it go back to the induct and come again with the next.
+        Boxes that had to make room for it go back to the induct and come again with the next. One
+        that is not what was scanned goes there itself.
         """
+        if record.reason is Reason.INVALID_DATA:
+            self._book.scan_again(record, record.reason, record.text, stamp_s)
+            return
+        self._book.note(f'{record.box_id} is back on the belt {record.text}'.rstrip())
         box = self._book.box(record)
         slot, pushed = self._belt.put_back(box, record.slot, now_s, record.laps)
         for pushed_box, laps in pushed:

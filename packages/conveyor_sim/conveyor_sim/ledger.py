@@ -21,7 +21,7 @@ from pack_msgs_py.codes import Reason
 from pack_msgs_py.values import Box
 
 FILE_NAME = 'conveyor.sqlite'
-_SCHEMA = '2'
+_SCHEMA = '3'
 #: Ordinals of boxes that were inserted by hand begin here, above those of any stream.
 INSERTED_FROM = 1_000_000_000
 
@@ -37,7 +37,8 @@ CREATE TABLE IF NOT EXISTS boxes (
     text TEXT NOT NULL,
     stamp_ns INTEGER NOT NULL,
     returned INTEGER NOT NULL,
-    fed_s REAL
+    fed_s REAL,
+    scans INTEGER NOT NULL
 );
 CREATE TABLE IF NOT EXISTS inserted (ordinal INTEGER PRIMARY KEY, box TEXT NOT NULL);
 """
@@ -48,10 +49,15 @@ class LedgerError(RuntimeError):
 
 
 class Place(str, Enum):
-    """Where a box is. ``WAITING``: at the induct, pushed off the belt by a box that came back."""
+    """Where a box is.
+
+    ``WAITING``: at the induct, pushed off the belt by a box that came back, or to be scanned again.
+    ``UNSEEN``: behind the box before it, with which it was read as one.
+    """
 
     ON_BELT = 'on_belt'
     WAITING = 'waiting'
+    UNSEEN = 'unseen'
     PICKED = 'picked'
     PLACED = 'placed'
     REJECTED = 'rejected'
@@ -65,7 +71,7 @@ class BoxRecord:
     ``slot`` is where it rides, or rode last. ``stamp_ns`` is the stamp of the newest event that
     changed its place, nanoseconds since the epoch; 0 while there was none. ``returned`` says that
     the arm has had it and brought it back. ``fed_s`` is the robot time at which it was first laid
-    on the belt, ``None`` before.
+    on the belt, ``None`` before. ``scans`` is how often it was scanned.
     """
 
     ordinal: int
@@ -78,6 +84,7 @@ class BoxRecord:
     stamp_ns: int = 0
     returned: bool = False
     fed_s: float | None = None
+    scans: int = 1
 
 
 class Ledger:
@@ -113,22 +120,23 @@ class Ledger:
         with self._explained():
             rows = self._db.execute(
                 'SELECT ordinal, box_id, place, slot, laps, reason, text, stamp_ns, returned, '
-                'fed_s FROM boxes ORDER BY ordinal'
+                'fed_s, scans FROM boxes ORDER BY ordinal'
             ).fetchall()
         return [
-            BoxRecord(o, i, Place(p), slot, laps, Reason(reason), text, stamp, bool(back), fed_s)
-            for o, i, p, slot, laps, reason, text, stamp, back, fed_s in rows
+            BoxRecord(o, i, Place(p), slot, laps, Reason(reason), text, stamp, bool(back), *rest)
+            for o, i, p, slot, laps, reason, text, stamp, back, *rest in rows
         ]
 
     def save(self, records: Iterable[BoxRecord], settings: Mapping[str, str]) -> None:
         """Write what changed, all of it or nothing; durable when this returns."""
         rows = [
             (r.ordinal, r.box_id, r.place.value, r.slot, r.laps, int(r.reason), r.text,
-             r.stamp_ns, int(r.returned), r.fed_s)
+             r.stamp_ns, int(r.returned), r.fed_s, r.scans)
             for r in records
         ]  # fmt: skip
         with self._explained(), self._transaction():
-            self._db.executemany('REPLACE INTO boxes VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)', rows)
+            marks = ', '.join('?' * 11)
+            self._db.executemany(f'REPLACE INTO boxes VALUES ({marks})', rows)
             self._db.executemany('REPLACE INTO meta VALUES (?, ?)', settings.items())
 
     def insert(self, box: Box) -> int:

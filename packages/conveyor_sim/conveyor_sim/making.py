@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from conveyor_sim.arrivals import find_arrivals
 from conveyor_sim.conveyor import Conveyor
+from conveyor_sim.faults import FaultPlan, parse_faults
+from conveyor_sim.gate import Gate
 from conveyor_sim.indexing_belt import IndexingBelt
 from conveyor_sim.jams import find_jams
 from conveyor_sim.ledger import Ledger
@@ -11,6 +13,7 @@ from conveyor_sim.loop import Belt
 from conveyor_sim.outcome import Plan
 from conveyor_sim.parameters import ConveyorParameters
 from conveyor_sim.running_belt import RunningBelt
+from conveyor_sim.scanner import Noise, Scanner
 from conveyor_sim.streams import Stream
 
 
@@ -28,12 +31,29 @@ def make_belt(p: ConveyorParameters) -> Belt:
     return IndexingBelt(p.belt_length, p.look_ahead, p.belt_speed, p.speed, gap_m=p.gap)
 
 
+def make_gate(p: ConveyorParameters) -> Gate:
+    """Scanner and faults; ``ValueError`` when a fault or a rate is not known."""
+    noise = Noise(p.size_sigma, p.weight_sigma, p.yaw_sigma)
+    return Gate(Scanner(noise, p.seed), FaultPlan(parse_faults(p.faults), p.seed))
+
+
+def open_stream(p: ConveyorParameters) -> Stream:
+    """The stream of `boxes_file`; ``ValueError`` when it cannot be used."""
+    return Stream.open(p.boxes_file, p.count, p.seed, p.destinations)
+
+
+def make_ledger(p: ConveyorParameters, stream: Stream) -> Ledger:
+    """The ledger of this stream, and of what the gate makes of it."""
+    return Ledger(p.state_dir, stream.fingerprint + make_gate(p).key, stream.description)
+
+
 def make_conveyor(p: ConveyorParameters, stream: Stream, ledger: Ledger) -> Conveyor:
     """A conveyor that has not been started; ``ValueError`` when a parameter cannot be used."""
     plan = Plan(
         arrivals=find_arrivals(p.arrivals, p.seed),
         jams=find_jams(p.jams, p.seed),
         max_laps=p.max_laps,
+        gate=make_gate(p),
         speed=p.speed,
     )
     return Conveyor(stream, make_belt(p), ledger, length_m=p.belt_length, plan=plan)

@@ -10,8 +10,10 @@
   a bin is not on the belt
 - subscribes `executor_state` (pack_msgs/ExecutorState): brings the box that the arm waits for,
   should its decision not have arrived
+- publishes `true_boxes` (pack_msgs/BoxScan): the boxes as they really are, each where it is once
+  it stands at the pick point; for simulated worlds alone
 - subscribes `placement_report` (pack_msgs/PlacementReport): the robot time that the arm has spent,
-  which is what arrivals wait for at speed 0
+  which is what arrivals wait for at speed 0; a box that it did not find is scanned again
 - publishes `/diagnostics` (diagnostic_msgs/DiagnosticArray), once a second
 - serves `~/pause` (std_srvs/SetBool): stops or resumes feeding and moving
 - serves `~/drain` (std_srvs/SetBool): stops or resumes feeding alone
@@ -37,12 +39,11 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool
 
-from conveyor_sim.ledger import Ledger, LedgerError
-from conveyor_sim.making import make_conveyor
+from conveyor_sim.ledger import LedgerError
+from conveyor_sim.making import make_conveyor, make_ledger, open_stream
 from conveyor_sim.nodes.diagnostics import diagnostics_to_ros
 from conveyor_sim.outcome import Outcome
 from conveyor_sim.parameters import ConveyorParameters
-from conveyor_sim.streams import Stream
 from pack_msgs.msg import (
     BinState,
     BinStateArray,
@@ -53,6 +54,8 @@ from pack_msgs.msg import (
     PlacementReport,
 )
 from pack_msgs.srv import InsertBox, RemoveBox
+from pack_msgs_py.cell_values import Scan, ScannedBox
+from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.conversions import (
     box_from_ros,
     decision_from_ros,
@@ -100,12 +103,14 @@ class ConveyorNode(Node):
 
     def _begin(self) -> None:
         self._params = params = declare_parameters(self, ConveyorParameters)
-        stream = Stream.open(params.boxes_file, params.count, params.seed)
-        self._ledger = Ledger(params.state_dir, stream.fingerprint, stream.description)
+        stream = open_stream(params)
+        self._ledger = make_ledger(params, stream)
         self._conveyor = make_conveyor(params, stream, self._ledger)
         self._ended = False
 
         self._scans = self.create_publisher(BoxScan, 'box_scan', TOPICS['box_scan'])
+        self._true_boxes: tuple[ScannedBox, ...] | None = None
+        self._truth = self.create_publisher(BoxScan, 'true_boxes', TOPICS['true_boxes'])
         self._events = self.create_publisher(BoxEvent, 'box_event', TOPICS['box_event'])
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._timer = self.create_timer(IDLE_PERIOD_S, self._on_timer)
@@ -154,6 +159,7 @@ class ConveyorNode(Node):
 
     def _publish_scan(self) -> None:
         now_s, stamp_s = self._now()
+        self._publish_truth(now_s, stamp_s)
         self._scans.publish(scan_to_ros(self._conveyor.scan(now_s, stamp_s)))
         period = 1.0 / self._params.rate if self._conveyor.moves(now_s) else IDLE_PERIOD_S
         change_s = self._conveyor.next_change_s(now_s)
@@ -164,6 +170,13 @@ class ConveyorNode(Node):
         if self._conveyor.ended and not self._ended:
             self.get_logger().info(f'the stream has ended: {self._conveyor.supplied} boxes')
         self._ended = self._conveyor.ended
+
+    def _publish_truth(self, now_s: float, stamp_s: float) -> None:
+        """Before the scan that shows them, so that no world meets a box that it does not know."""
+        boxes = self._conveyor.true_boxes(now_s)
+        if boxes != self._true_boxes:
+            self._true_boxes = boxes
+            self._truth.publish(scan_to_ros(Scan(0, stamp_s, boxes)))
 
     def _on_placement(self, msg: Placement) -> None:
         try:
@@ -187,6 +200,9 @@ class ConveyorNode(Node):
         self._tell(self._conveyor.on_handled(box_id, *self._now()))
 
     def _on_report(self, msg: PlacementReport) -> None:
+        if msg.error_code == ErrorCode.GRASP_FAILED:
+            text = f'the arm found no box: {msg.error_msg}'
+            self._tell(self._conveyor.on_empty_grasp(msg.box_id, text, *self._now()))
         spent_s = msg.cycle_time + msg.wait_time
         if math.isfinite(spent_s) and spent_s > 0.0:
             self._tell(self._conveyor.on_robot_time(spent_s, *self._now()))

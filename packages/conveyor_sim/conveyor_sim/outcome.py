@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from conveyor_sim.arrivals import Arrivals, find_arrivals
+from conveyor_sim.gate import Gate
 from conveyor_sim.jams import Jams, find_jams
 from pack_msgs_py.cell_values import BoxEvent
 
@@ -26,7 +28,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Plan:
-    """When boxes come, when the belt jams, how often a box may be passed over.
+    """When boxes come, what is made of them, when the belt jams, how often one may be passed over.
 
     ``max_laps`` is 0 for any number; ``speed`` is robot seconds per second.
     """
@@ -34,4 +36,15 @@ class Plan:
     arrivals: Arrivals = field(default_factory=lambda: find_arrivals('saturated'))
     jams: Jams = field(default_factory=lambda: find_jams(''))
     max_laps: int = 0
+    gate: Gate = field(default_factory=Gate)
     speed: float = 1.0
+
+
+def merged(outcomes: Sequence[Outcome]) -> Outcome:
+    """What several calls changed together."""
+    return Outcome(
+        any(one.changed for one in outcomes),
+        tuple(event for one in outcomes for event in one.events),
+        notes=tuple(note for one in outcomes for note in one.notes),
+        complaints=tuple(text for one in outcomes for text in one.complaints),
+    )

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from conveyor_sim.arrivals import FORMS as ARRIVALS
 from conveyor_sim.jams import FORMS as JAMS
+from conveyor_sim.streams import SYNTAX
 from pack_msgs_py.parameters import parameter
 
 
@@ -15,22 +16,60 @@ class ConveyorParameters:
 
     boxes_file: str = parameter(
         '',
-        'Box file, CSV or BED-BPP JSON; empty for the built-in stream of 40 cartons.',
+        f'Boxes: {SYNTAX}; empty for the built-in stream of 40 cartons.',
         read_only=True,
     )
     count: int = parameter(
         0,
         'Boxes to supply, rejected rows included; 0 for the whole file. '
-        'More than the file holds: it repeats.',
+        'More than the file holds: it repeats, or more of them are made.',
         low=0,
         high=1_000_000,
         read_only=True,
     )
     seed: int = parameter(
         0,
-        'Order of the boxes: 0 as listed, else shuffled, the same for equal seeds.',
+        'Order of the boxes: 0 as listed, else shuffled, the same for equal seeds; also of what '
+        'is made or drawn, of faults and of the errors of the scanner.',
         low=0,
         high=2**31 - 1,
+        read_only=True,
+    )
+    destinations: int = parameter(
+        0,
+        'Give each box that has none a destination `D1` to `D<n>`, at random; 0 for none.',
+        low=0,
+        high=1000,
+        read_only=True,
+    )
+    size_sigma: float = parameter(
+        0.0,
+        'Standard deviation of each edge that the scanner measures; 0 for the true size.',
+        unit='mm',
+        low=0.0,
+        high=50.0,
+        read_only=True,
+    )
+    yaw_sigma: float = parameter(
+        0.0,
+        'Standard deviation of the angle at which a box lies on the belt, unknown to the scanner.',
+        unit='degrees',
+        low=0.0,
+        high=10.0,
+        read_only=True,
+    )
+    weight_sigma: float = parameter(
+        0.0,
+        'Standard deviation of the weight that the scanner measures.',
+        unit='kg',
+        low=0.0,
+        high=5.0,
+        read_only=True,
+    )
+    faults: str = parameter(
+        '',
+        'What goes wrong how often, such as `no_read=0.01,touching=0.005` or `all=0.01`; '
+        'docs/faults.md lists them.',
         read_only=True,
     )
     look_ahead: int = parameter(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from conveyor_sim.book import Book
 from conveyor_sim.ledger import Ledger
 from conveyor_sim.loop import Belt, OnBelt, loop_pose
 from pack_msgs_py.cell_values import Scan, ScannedBox
@@ -11,10 +12,11 @@ _SEQUENCE_BLOCK = 1000
 
 
 class ScanMaker:
-    """Makes scans of ``belt``, a loop of ``length_m`` metres."""
+    """Makes scans of ``belt``, a loop of ``length_m`` metres, with the boxes of ``book``."""
 
-    def __init__(self, belt: Belt, ledger: Ledger, length_m: float) -> None:
+    def __init__(self, belt: Belt, ledger: Ledger, book: Book, length_m: float) -> None:
         self._belt = belt
+        self._book = book
         self._ledger = ledger
         self._length_m = length_m
         self._pick_open: tuple[float, float] | None = None
@@ -35,15 +37,25 @@ class ScanMaker:
             remaining=remaining,
         )
 
+    def true_boxes(self, now_s: float) -> tuple[ScannedBox, ...]:
+        """The boxes on the belt as they are, each where it is once it stands at the pick point."""
+        records = (self._book.record(item.box.id) for item in self._belt.view(now_s))
+        return tuple(
+            ScannedBox(self._book.true_box(one), self._book.true_pose(one, self._length_m))
+            for one in records
+            if one is not None
+        )
+
     def _scanned(self, item: OnBelt, now_s: float, stamp_s: float) -> ScannedBox:
         opens_s = closes_s = None
         if item.opens_s is not None:
             opens_s = self._opens(item.opens_s, now_s, stamp_s, held=item.held)
             if item.closes_s is not None:
                 closes_s = opens_s + (item.closes_s - item.opens_s)
+        seen = self._book.seen(item.box.id)
         return ScannedBox(
-            box=item.box,
-            pose=loop_pose(item.s_m, self._length_m, item.box.size_mm),
+            box=seen,
+            pose=loop_pose(item.s_m, self._length_m, seen.size_mm),
             pick_open_s=opens_s,
             pick_close_s=closes_s,
             travel_time_s=item.travel_time_s,

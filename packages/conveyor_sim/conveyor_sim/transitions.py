@@ -17,6 +17,7 @@ _GOES_TO = {
 _PROGRESS = {
     Place.WAITING: 0,
     Place.ON_BELT: 0,
+    Place.UNSEEN: 0,
     Place.PICKED: 1,
     Place.LOST: 2,
     Place.PLACED: 3,
@@ -35,7 +36,7 @@ def next_place(record: BoxRecord, event: BoxEventKind, stamp_ns: int) -> Place |
     target = _GOES_TO.get(event)
     if target is None or target is record.place or record.place is Place.REJECTED:
         return None
-    if target is Place.ON_BELT and record.place is Place.WAITING:
+    if target is Place.ON_BELT and record.place in (Place.WAITING, Place.UNSEEN):
         return None
     if target is Place.PICKED and record.place is Place.PLACED:
         return None

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from conveyor_sim.ledger import Ledger
-from conveyor_sim.making import make_conveyor
+from dataclasses import replace
+
+from conveyor_sim.making import make_conveyor, make_ledger
 from conveyor_sim.parameters import ConveyorParameters
 from conveyor_sim.streams import RejectedRow, Stream
 from pack_msgs_py.cell_values import BoxEvent, Decision
@@ -26,7 +27,7 @@ class Cell:
         self.now = 100.0
         self.stream = Stream(tuple(entries), count)
         self.parameters = ConveyorParameters(look_ahead=slots, **parameters)
-        self.ledger = Ledger(folder, self.stream.fingerprint, self.stream.description)
+        self.ledger = make_ledger(replace(self.parameters, state_dir=str(folder)), self.stream)
         self.conveyor = make_conveyor(self.parameters, self.stream, self.ledger)
         self.sequence = 0
         self.started = self.conveyor.start(*self.clock())
