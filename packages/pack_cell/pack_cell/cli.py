@@ -1,4 +1,4 @@
-"""The command line: ``cell demo``, ``cell run``, ``cell bench``."""
+"""The command line: ``cell demo``, ``cell run``, ``cell bench``, ``cell layout``."""
 
 from __future__ import annotations
 
@@ -7,7 +7,10 @@ import os
 import sys
 from collections.abc import Sequence
 
+from arm_executor.layout import STATIONS
+from arm_executor.layout_file import layout_for
 from pack_cell.bench_options import add_bench
+from pack_cell.layout_command import add_layout, run_layout
 from pack_cell.options import OneLineParser, RunOptions, add_run_options, run_options
 from pack_cell.run import EXIT_USAGE, run
 
@@ -39,6 +42,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     add_run_options(runner, tuple(ALGORITHMS))
     add_bench(verbs)
+    add_layout(verbs)
     return parser
 
 
@@ -56,6 +60,13 @@ def check_boxes(options: RunOptions) -> None:
     load_boxes(options.boxes)
 
 
+def check_cell(options: RunOptions) -> None:
+    """Refuse a layout that cannot be built, or that the robot cannot serve, before the start."""
+    bins = dict.fromkeys(STATIONS[: options.open_bins], options.bin_spec)
+    path = str(options.layout) if options.layout else ''
+    layout_for(path, options.robot, bins, options.arm == 'physics')
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; return its exit code."""
     given = list(sys.argv[1:] if arguments is None else arguments)
@@ -67,9 +78,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         from pack_cell.bench_command import run_bench
 
         return run_bench(parsed, given)
+    if parsed.verb == 'layout':
+        return run_layout(parsed)
     options = run_options(parsed)
     try:
         check_boxes(options)
+        check_cell(options)
         command = [os.environ.get('PACK_CELL_COMMAND', 'cell'), *given]
         return run(options, command)
     except (ValueError, OSError) as error:

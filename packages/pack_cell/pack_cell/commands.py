@@ -42,6 +42,8 @@ def node_parameters(folder: Path, options: RunOptions) -> dict[str, dict[str, An
         },
         'arm_executor': {
             'arm': options.arm,
+            'robot': options.robot,
+            'layout': str(options.layout.resolve()) if options.layout else '',
             'bin_type': options.bin_spec.name,
             'open_bins': options.open_bins,
             'profile': options.profile,

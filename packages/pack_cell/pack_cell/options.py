@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
 
+from arm_executor.robot.parameters import ARMS
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import BinSpec, parse_bin
 
@@ -36,12 +37,14 @@ class RunOptions:
     seed: int
     out: Path | None
     arm: str
+    robot: str
+    layout: Path | None
     respawn: bool
     stall_timeout_s: float
     quiet: bool
 
 
-def _number(low: float, high: float, what: str, *, whole: bool, above: bool = False):  # type: ignore[no-untyped-def]
+def number(low: float, high: float, what: str, *, whole: bool, above: bool = False):  # type: ignore[no-untyped-def]
     """An argparse type: a finite number in [low, high] (or above low), named in the error."""
 
     def parse(text: str) -> float:
@@ -59,7 +62,8 @@ def _number(low: float, high: float, what: str, *, whole: bool, above: bool = Fa
     return parse
 
 
-def _bin(text: str) -> BinSpec:
+def bin_kind(text: str) -> BinSpec:
+    """An argparse type: a kind of bin."""
     try:
         return parse_bin(text)
     except ValueError as error:
@@ -78,21 +82,21 @@ def add_run_options(parser: argparse.ArgumentParser, algorithms: tuple[str, ...]
     )
     work.add_argument(
         '--count',
-        type=_number(0, 1_000_000, 'it must be 0 to 1000000', whole=True),
+        type=number(0, 1_000_000, 'it must be 0 to 1000000', whole=True),
         default=0,
         metavar='N',
         help='number of boxes; more than the file holds repeats it; 0 (default): all of it once',
     )
     work.add_argument(
         '--seed',
-        type=_number(0, 2**31 - 1, 'it must be 0 to 2147483647', whole=True),
+        type=number(0, 2**31 - 1, 'it must be 0 to 2147483647', whole=True),
         default=0,
         metavar='N',
         help='0 (default): boxes in the order of the file; else they are shuffled with this seed',
     )
     work.add_argument(
         '--bin',
-        type=_bin,
+        type=bin_kind,
         default='LDC',
         dest='bin_spec',
         metavar='KIND',
@@ -100,7 +104,7 @@ def add_run_options(parser: argparse.ArgumentParser, algorithms: tuple[str, ...]
     )
     work.add_argument(
         '--open-bins',
-        type=_number(1, 3, 'it must be 1, 2 or 3', whole=True),
+        type=number(1, 3, 'it must be 1, 2 or 3', whole=True),
         default=2,
         metavar='N',
         help='bins open at a time, 1 to 3 (default 2)',
@@ -108,7 +112,7 @@ def add_run_options(parser: argparse.ArgumentParser, algorithms: tuple[str, ...]
     plan = parser.add_argument_group('how to decide')
     plan.add_argument(
         '--look-ahead',
-        type=_number(1, 6, 'it must be 1 to 6', whole=True),
+        type=number(1, 6, 'it must be 1 to 6', whole=True),
         default=5,
         metavar='N',
         help='boxes the planner may choose from, 1 to 6 (default 5)',
@@ -130,8 +134,20 @@ def add_run_options(parser: argparse.ArgumentParser, algorithms: tuple[str, ...]
         help='physics (default) moves a robot model in PyBullet; timed only spends the time',
     )
     act.add_argument(
+        '--robot',
+        choices=tuple(ARMS),
+        default='',
+        help="robot of the physics arm, instead of the layout's own (ur20)",
+    )
+    act.add_argument(
+        '--layout',
+        type=Path,
+        metavar='FILE',
+        help='YAML file that says where everything stands; `cell layout` prints and checks one',
+    )
+    act.add_argument(
         '--deadline',
-        type=_number(0, 3600, 'it must be above 0 and at most 3600 s', whole=False, above=True),
+        type=number(0, 3600, 'it must be above 0 and at most 3600 s', whole=False, above=True),
         default=5.5,
         dest='deadline_s',
         metavar='S',
@@ -139,7 +155,7 @@ def add_run_options(parser: argparse.ArgumentParser, algorithms: tuple[str, ...]
     )
     act.add_argument(
         '--speed',
-        type=_number(0, 100, 'it must be 0 to 100', whole=False),
+        type=number(0, 100, 'it must be 0 to 100', whole=False),
         default=0.0,
         metavar='X',
         help='robot time against wall time: 1 real time, 0 (default) as fast as possible',
@@ -151,7 +167,7 @@ def add_run_options(parser: argparse.ArgumentParser, algorithms: tuple[str, ...]
     )
     act.add_argument(
         '--stall-timeout',
-        type=_number(5, 3600, 'it must be 5 to 3600 s', whole=False),
+        type=number(5, 3600, 'it must be 5 to 3600 s', whole=False),
         default=120.0,
         dest='stall_timeout_s',
         metavar='S',
