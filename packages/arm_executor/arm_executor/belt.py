@@ -51,6 +51,8 @@ class BeltView:
     ) -> ScannedBox | None:
         """The box once it is at the pick point; ``None`` after ``timeout_s`` or ``give_up()``.
 
+        ``None`` at once when the scan, which is complete, no longer holds the box.
+
         On a belt that lets a box go after a while, a window that is half over is left for the
         next one, a lap later.
         """
@@ -68,8 +70,11 @@ class BeltView:
                 return found if self._wall() < last_s else None
             return found
 
+        def gone() -> bool:
+            return self.scan is not None and find_scanned(self.scan, box_id) is None
+
         with self._changed:
-            found = self._changed.wait_for(lambda: give_up() or presented(), timeout_s)
+            found = self._changed.wait_for(lambda: give_up() or presented() or gone(), timeout_s)
             return found if isinstance(found, ScannedBox) and not give_up() else None
 
 

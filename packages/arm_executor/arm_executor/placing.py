@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from arm_executor.admission import Goal
+from arm_executor.admission import Goal, find_scanned
 from arm_executor.arm import Arm, MotionError, MotionHooks, MotionPlan, MotionResult
 from arm_executor.belt import BeltClock, BeltView
 from arm_executor.bins import BinBook
@@ -26,6 +27,8 @@ _WHY_RETURNED = {
     ErrorCode.CANCELED: Reason.OPERATOR,
     ErrorCode.BOX_MISMATCH: Reason.INVALID_DATA,
 }
+#: A motion takes up to this much longer than predicted: trajectories run in whole steps.
+EXECUTION_SLACK_S = 0.05
 #: Progress is told at each new phase, and then at each further share of the whole.
 PROGRESS_STEP = 0.05
 
@@ -48,8 +51,8 @@ class Tools:
 class Placing:
     """A goal that was admitted.
 
-    ``stop`` ends it: the arm comes to rest, and the box goes back to the belt, unless the pad has
-    already let go. :attr:`remaining_s` and :attr:`plan`, the motion once it is under way, may be
+    ``stop`` ends it, or :meth:`halt`: the arm comes to rest, and the box goes back to the belt,
+    unless the pad has already let go. :attr:`remaining_s` and :attr:`plan`, the motion once it is under way, may be
     read from any thread. When :attr:`abandoned` is set
     the box stays where it is, and the next start of the executor finds it in the journal.
     """
@@ -59,6 +62,7 @@ class Placing:
         self.stop = threading.Event()
         self.remaining_s = 0.0
         self.plan: MotionPlan | None = None
+        self.heard_s = math.inf
         self.needs_reset = False
         self.abandoned = False
         self._received_s = received_steady_s
@@ -66,6 +70,12 @@ class Placing:
         self._planning_s = 0.0
         self._wait_s = 0.0
         self._told: tuple[Phase, float] | None = None
+        self._halted: tuple[ErrorCode, str] | None = None
+
+    def halt(self, code: ErrorCode, text: str) -> None:
+        """Stop for another reason than a request to cancel; the first one counts."""
+        self._halted = self._halted or (code, text)
+        self.stop.set()
 
     def run(self, tools: Tools) -> Report:
         """Do it, whatever comes, and say how it ended."""
@@ -78,14 +88,25 @@ class Placing:
             # With the neighbours on the belt as they stand now; mostly it is the same plan.
             plan = self._plan(tools)
         except MotionError as error:
-            return self._report(tools, error.code, str(error), MotionResult(error.code))
+            code, text = self._stopped(error.code, str(error))
+            self.needs_reset = code is ErrorCode.PROTECTIVE_STOP
+            return self._report(tools, code, text, MotionResult(code))
         tools.book.begin(self.goal.decision, self.goal.goal_id)
-        self.plan = plan
+        self.plan, self.heard_s = plan, tools.steady()
         result = tools.arm.execute(plan, self._hooks(tools, plan), self.stop)
+        self.heard_s = math.inf
+        code, text = self._stopped(result.code, result.message)
+        result = replace(result, code=code, message=text)
         tools.plans.moved(plan, as_planned=result.code.box_is_in_bin)
         if self.abandoned:
             return self._report(tools, ErrorCode.CANCELED, 'the executor was ended', result)
         return self._resolve(tools, result)
+
+    def _stopped(self, code: ErrorCode, text: str) -> tuple[ErrorCode, str]:
+        """Code and message of an end, which was no request to cancel when it was :meth:`halt`."""
+        if code is ErrorCode.CANCELED and self._halted is not None:
+            return self._halted
+        return code, text
 
     def _plan(self, tools: Tools) -> MotionPlan:
         """Plan the motion; ``MotionError`` when there is none, or none that is short enough."""
@@ -96,7 +117,7 @@ class Placing:
         finally:
             self._planning_s += tools.steady() - started
         self.remaining_s = plan.predicted_s
-        needed_s = self._planning_s + plan.predicted_s
+        needed_s = self._planning_s + plan.predicted_s + EXECUTION_SLACK_S
         if tools.settings.enforce_deadline and needed_s > self._budget_s:
             text = (
                 f'planning took {self._planning_s:.3f} s and the motion needs '
@@ -123,7 +144,10 @@ class Placing:
             msg = f'canceled before box {box_id!r} was picked'
             raise MotionError(ErrorCode.CANCELED, msg)
         if found is None:
-            msg = f'box {box_id!r} did not come to the pick point within {timeout_s:g} s'
+            why = 'left the belt'
+            if find_scanned(tools.belt.scan, box_id) is not None:
+                why = f'did not come to the pick point within {timeout_s:g} s'
+            msg = f'box {box_id!r} {why}'
             raise MotionError(ErrorCode.BOX_NOT_PRESENTED, msg)
         if elapsed_s is not None:
             self._wait_s = max(0.0, found.travel_time_s - elapsed_s)
@@ -137,6 +161,7 @@ class Placing:
 
     def _hooks(self, tools: Tools, plan: MotionPlan) -> MotionHooks:
         def phase(now: Phase, fraction: float) -> None:
+            self.heard_s = tools.steady()
             self.remaining_s = plan.predicted_s * (1.0 - fraction)
             spent = self._planning_s + plan.predicted_s * fraction
             self._tell(tools, now, fraction, spent)

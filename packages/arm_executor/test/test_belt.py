@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 
 import pytest
 
@@ -51,3 +52,16 @@ def test_a_missed_window_is_waited_out_until_the_next():
     belt.update(scan(109.2, 109.0, 113.0))
     waiting.join(20.0)
     assert found[0].pick_open_s == 109.0
+
+
+def test_a_box_that_has_left_the_belt_is_not_waited_for():
+    belt = BeltView()
+    belt.update(Scan(1, time.time(), (ScannedBox(BOX, Pose()),)))
+    found = []
+    waiting = threading.Thread(
+        target=lambda: found.append(belt.wait_presented('a', 20.0, lambda: False))
+    )
+    waiting.start()
+    belt.update(Scan(2, time.time(), ()))
+    waiting.join(5.0)
+    assert found == [None]
