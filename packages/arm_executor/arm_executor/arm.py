@@ -145,6 +145,12 @@ class Arm(Protocol):
     def holds(self) -> str | None:
         """Id of the box in the gripper."""
 
+    def tracking_error(self) -> float:
+        """Farthest that a joint has ever been from its path, as a share of what is allowed.
+
+        Safe from any thread.
+        """
+
     def joint_positions(self) -> tuple[tuple[str, ...], tuple[float, ...]]:
         """Joint names and positions, metres and radians; safe from any thread."""
 

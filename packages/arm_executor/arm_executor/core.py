@@ -12,7 +12,7 @@ import threading
 import time
 import traceback
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 
 from arm_executor.admission import Goal, Refusal, Situation, admit
 from arm_executor.arm import Arm
@@ -29,6 +29,7 @@ from arm_executor.outputs import (
     Output,
     Replied,
     Said,
+    Status,
     Ticket,
 )
 from arm_executor.placing import Placing, Tools
@@ -39,18 +40,10 @@ from pack_msgs_py.cell_values import Report, Scan
 from pack_msgs_py.codes import ErrorCode, Mode, Reason
 from pack_msgs_py.values import Bin
 
+#: An arm that does not come to rest so long after the watchdog stopped it is a fault.
+HUNG_S = 3.0
 #: A goal may overtake the scan that it rests on, which comes by another topic, by this much.
 EARLY_S = 0.5
-
-
-@dataclass(frozen=True)
-class Status:
-    """What the heartbeat says."""
-
-    mode: Mode
-    active_box: str
-    remaining_s: float
-    message: str
 
 
 class ExecutorCore:
@@ -89,8 +82,9 @@ class ExecutorCore:
         self._placing: Placing | None = None
         self._early: list[tuple[Goal, float]] = []
         self._paused = False
-        self._protective_stop = ''
+        self._protective_stop = self._stop_wanted = ''
         self._fault = ''
+        self._last_fault = ''
 
     # -- from outside ---------------------------------------------------------------------------
 
@@ -115,6 +109,11 @@ class ExecutorCore:
 
     def status(self) -> Status:
         """Mode and what is being done."""
+        tools = self._tools
+        error = 0.0 if tools is None else tools.arm.tracking_error()
+        return replace(self._status(), last_fault=self._last_fault, tracking_error=error)
+
+    def _status(self) -> Status:
         placing, attempt = self._placing, self._book.attempt
         active = '' if placing is None else placing.goal.decision.box.id
         if self._fault:
@@ -141,7 +140,8 @@ class ExecutorCore:
         self.tick()
 
     def tick(self) -> None:
-        """Go on with goals that came before their scan; call it now and then."""
+        """Go on with goals that came before their scan, watch the motion; call it now and then."""
+        self._watch()
         early, self._early = self._early, []
         for goal, until_s in early:
             if self._is_early(goal) and self._steady() < until_s:
@@ -155,6 +155,28 @@ class ExecutorCore:
             self._early.append((goal, self._steady() + EARLY_S))
         else:
             self._admit(goal)
+
+    def _watch(self) -> None:
+        """The watchdog: a motion that makes no progress is stopped, one that goes on is a fault."""
+        placing, allowed_s = self._placing, self._settings.watchdog_s
+        quiet_s = 0.0 if placing is None else self._steady() - placing.heard_s
+        if placing is None or quiet_s <= allowed_s:
+            return
+        text = f'the motion has made no progress for {quiet_s:.1f} s, {allowed_s:g} s are allowed'
+        placing.halt(ErrorCode.MOTION_OVERDUE, text)
+        if quiet_s > allowed_s + HUNG_S and not placing.abandoned:
+            placing.abandoned = True
+            self._fail(RuntimeError(f'{text}, and the arm does not stop'))
+
+    def protective_stop(self, text: str) -> None:
+        """Stand still until :meth:`reset`, whatever goes on; a held box stays in the gripper."""
+        placing = self._placing
+        self._stop_wanted = text
+        if placing is None:
+            self._protective_stop = text
+        else:
+            placing.halt(ErrorCode.PROTECTIVE_STOP, text)
+            self._belt.wake()
 
     def _is_early(self, goal: Goal) -> bool:
         scan = self._belt.scan
@@ -313,8 +335,10 @@ class ExecutorCore:
         report = placing.run(self._ready())
         if placing.abandoned:
             return
-        if placing.needs_reset:
-            self._protective_stop = report.message or 'protective stop'
+        if report.code not in (ErrorCode.NONE, ErrorCode.CANCELED):
+            self._last_fault = f'{report.code.name}: {report.message}'
+        if placing.needs_reset or self._stop_wanted:
+            self._protective_stop = self._stop_wanted or report.message or 'protective stop'
         self._placing = None
         self._emit(Finished(report))
 
@@ -348,7 +372,7 @@ class ExecutorCore:
                 self._emit(Happened(self._book.lost(text)))
             else:
                 return False, f'box {box_id!r} cannot be brought back to the belt; try again'
-        self._protective_stop = ''
+        self._protective_stop = self._stop_wanted = ''
         return True, text
 
     def _fail(self, error: Exception) -> None:
@@ -356,6 +380,7 @@ class ExecutorCore:
         self._stop_motion()
         self._fault = f'{type(error).__name__}: {error}; restart the node'
         self._emit(Said('error', f'the executor failed, arm stopped\n{traceback.format_exc()}'))
+        self._last_fault = self._fault
         placing, self._placing = self._placing, None
         attempt = self._book.attempt
         if attempt is not None and attempt.step is not Step.PLANNED:

@@ -11,12 +11,16 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from arm_executor.contacts import collision
 from arm_executor.gripper import SLIP_DISTANCE, SuctionGripper
 from arm_executor.motion.timing import Trajectory
 from arm_executor.robot.tree import CELL_JOINT_NAMES
 from arm_executor.run import Interrupted, Run
 from arm_executor.world import STEP_S, PhysicsWorld
 from pack_msgs_py.codes import ErrorCode, Phase
+from pack_msgs_py.values import Box
+
+_GRAVITY = 9.81
 
 Array = NDArray[np.float64]
 
@@ -42,6 +46,7 @@ class ArmDriver:
         self._gripper = gripper
         self.commanded = start
         self.positions: tuple[float, ...] = tuple(start.tolist())
+        self.tracking_error = 0.0
         world.put_arm(start)
 
     def follow(
@@ -70,6 +75,8 @@ class ArmDriver:
                 run.tick()
             if index % _LOOK_EVERY == 0:
                 self._look(timed, index)
+                if run is not None:
+                    self._feel(run.plan.request.box)
         self.hold(_REST_S)
 
     def rest(self, run: Run, seconds: float) -> None:
@@ -90,6 +97,7 @@ class ArmDriver:
         self.positions = tuple(position.tolist())
         error = np.abs(position - timed.q[index])
         worst = int((error / _TRACKING).argmax())
+        self.tracking_error = max(self.tracking_error, float(error[worst] / _TRACKING[worst]))
         if error[worst] > _TRACKING[worst]:
             self._halt(position)
             self._check_grasp()
@@ -102,6 +110,15 @@ class ArmDriver:
         if self._gripper.slipped() > SLIP_DISTANCE:
             self._slow_down(timed, index)
             self._check_grasp()
+
+    def _feel(self, box: Box) -> None:
+        """:class:`Interrupted` with ``COLLISION`` when the arm or its box runs into something."""
+        held = self._gripper.box_id == box.id
+        hit = collision(self._world, box.id, box.weight_kg * _GRAVITY, held=held)
+        if hit is not None:
+            self._halt(self._world.joint_state()[0])
+            self._check_grasp()
+            raise Interrupted(ErrorCode.COLLISION, f'{hit}; look what is in the way')
 
     def _check_grasp(self) -> None:
         """:class:`Interrupted` with ``BOX_LOST`` when the box came off the pad."""

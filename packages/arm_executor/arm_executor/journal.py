@@ -85,6 +85,10 @@ class Journal:
     folder : created if it is missing.
     config : what the journal is bound to, see :func:`arm_executor.records.configuration`.
 
+    Attributes
+    ----------
+    health : 'ok', or why it could not be written last.
+
     Raises
     ------
     JournalError
@@ -93,6 +97,7 @@ class Journal:
 
     def __init__(self, folder: str | Path, config: Mapping[str, Any]) -> None:
         self.path = Path(folder) / FILE_NAME if folder else None
+        self.health = 'ok'
         self._lock_fd: int | None = None
         name = ':memory:'
         if self.path is not None:
@@ -181,6 +186,7 @@ class Journal:
                 raise
         except sqlite3.Error as error:
             msg = f'cannot write journal {self.path or "in memory"}: {error}'
+            self.health = msg
             raise JournalError(msg) from error
 
     def close(self) -> None:

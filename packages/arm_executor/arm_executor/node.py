@@ -4,7 +4,7 @@
   with an error code, since a rejected ROS goal could not carry one
 - service `check_placements` (CheckPlacements): can the arm do these, and how long would it take
 - service `swap_bin` (SwapBin): close a bin, open an empty one
-- service `~/pause` (SetBool), `~/reset` (Trigger)
+- services `~/pause` (SetBool), `~/stop` and `~/reset` (Trigger)
 - publishes `bin_state`, `bin_closed`, `box_event`, `placement_report`, `executor_state` (10 Hz),
   `/diagnostics` (1 Hz), and for viewers what :mod:`arm_executor.nodes.views` lists
 - subscribes to `box_scan`, and for the simulated arms to `true_boxes` (BoxScan)
@@ -12,7 +12,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import queue
 import sys
@@ -23,28 +22,26 @@ from typing import Any
 import rclpy
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
-from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
-from std_srvs.srv import SetBool, Trigger
 
-from arm_executor.admission import Goal, Refusal
+from arm_executor.admission import Refusal
 from arm_executor.arm import Arm
 from arm_executor.arms import make_arm
-from arm_executor.bins import STATIONS, BinBook, BookError
+from arm_executor.bins import STATIONS, BinBook
 from arm_executor.core import ExecutorCore
 from arm_executor.journal import Journal, JournalError
-from arm_executor.layout import Layout, pick_pose
+from arm_executor.layout import Layout
 from arm_executor.layout_file import layout_for
 from arm_executor.nodes.messages import (
-    candidate,
     feedback_to_ros,
     goal_from_ros,
     true_boxes_from_ros,
     unusable_goal,
 )
 from arm_executor.nodes.publishers import Publishers
+from arm_executor.nodes.services import Services
 from arm_executor.nodes.views import Views
 from arm_executor.outputs import (
     BinClosed,
@@ -61,8 +58,7 @@ from arm_executor.records import configuration
 from arm_executor.settings import Parameters, settings_from
 from arm_executor.truth import Truth
 from pack_msgs.action import PlaceBox
-from pack_msgs.msg import BoxScan, PlacementCheck
-from pack_msgs.srv import CheckPlacements, SwapBin
+from pack_msgs.msg import BoxScan
 from pack_msgs_py import conversions, qos
 from pack_msgs_py.cell_values import Report
 from pack_msgs_py.codes import ErrorCode, Mode
@@ -139,15 +135,7 @@ class ArmExecutor(Node):
     def _make_interfaces(self) -> None:
         self.create_subscription(BoxScan, 'box_scan', self._on_scan, qos.TOPICS['box_scan'])
         self.create_subscription(BoxScan, 'true_boxes', self._on_truth, qos.TOPICS['true_boxes'])
-        self.create_service(SwapBin, 'swap_bin', self._swap_bin)
-        self.create_service(SetBool, '~/pause', self._pause)
-        # These wait for the arm's thread. In the node's own group, which lets one callback in at
-        # a time, they would hold up everything else meanwhile, the heartbeat too.
-        waiting = ReentrantCallbackGroup()
-        self.create_service(
-            CheckPlacements, 'check_placements', self._check, callback_group=waiting
-        )
-        self.create_service(Trigger, '~/reset', self._reset, callback_group=waiting)
+        self._served = Services(self, self._core, self._layout, self._drain, self._beat)
         self._action = ActionServer(
             self,
             PlaceBox,
@@ -212,62 +200,6 @@ class ArmExecutor(Node):
         else:
             handle.abort()
         return result
-
-    # -- services -------------------------------------------------------------------------------
-
-    async def _check(
-        self, request: CheckPlacements.Request, response: CheckPlacements.Response
-    ) -> CheckPlacements.Response:
-        asked: list[Goal | str] = [self._candidate(one) for one in request.candidates]
-        future = Future()
-        enough_s = request.enough if math.isfinite(request.enough) else 0.0
-        self._core.check(future, [one for one in asked if isinstance(one, Goal)], enough_s)
-        answers = iter(await future)
-        for one in asked:
-            if isinstance(one, Goal):
-                found = next(answers)
-                check = (int(found.code), found.message, found.motion_s)
-            else:
-                check = (int(ErrorCode.INVALID_GOAL), one, 0.0)
-            response.checks.append(
-                PlacementCheck(error_code=check[0], error_msg=check[1], motion_time=check[2])
-            )
-        return response
-
-    def _candidate(self, msg: Any) -> Goal | str:  # noqa: ANN401 - pack_msgs/Placement
-        """A candidate as goal at the pick point, or what is wrong with it."""
-        try:
-            decision = conversions.decision_from_ros(msg)
-        except ValueError as error:
-            return str(error)
-        pick = pick_pose(self._layout, decision.box.size_mm)
-        return candidate(decision, msg.header.frame_id, pick)
-
-    async def _reset(
-        self, request: Trigger.Request, response: Trigger.Response
-    ) -> Trigger.Response:
-        future = Future()
-        self._core.reset(future)
-        response.success, response.message = await future
-        return response
-
-    def _pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        self._core.pause(request.data)
-        response.success = True
-        response.message = 'paused' if request.data else 'active'
-        self._beat()
-        return response
-
-    def _swap_bin(self, request: SwapBin.Request, response: SwapBin.Response) -> SwapBin.Response:
-        try:
-            opened = self._core.swap(request.bin_id, request.bin_revision)
-        except BookError as error:
-            response.message = str(error)
-            return response
-        response.success = True
-        response.new_bin_id, response.new_serial = opened.id, opened.serial
-        self._drain()
-        return response
 
     # -- belt -----------------------------------------------------------------------------------
 
@@ -362,7 +294,7 @@ class ArmExecutor(Node):
         self._publish.heartbeat(status)
 
     def _publish_diagnostics(self) -> None:
-        self._publish.diagnostics(self._core.status(), self._book.state)
+        self._publish.diagnostics(self._core.status(), self._book.state, self._journal.health)
 
 
 class ExecutorFailed(Exception):

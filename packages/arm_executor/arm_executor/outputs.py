@@ -8,7 +8,7 @@ from typing import Any, Literal, TypeAlias
 
 from arm_executor.bins import BookState
 from pack_msgs_py.cell_values import BoxEvent, Pose, Report
-from pack_msgs_py.codes import ErrorCode, Phase
+from pack_msgs_py.codes import ErrorCode, Mode, Phase
 from pack_msgs_py.values import Bin
 
 #: What a request is told apart by; only the one who asked understands it.
@@ -84,6 +84,18 @@ class Failed:
     """The executor could not start; ``text`` says why."""
 
     text: str
+
+
+@dataclass(frozen=True)
+class Status:
+    """What the heartbeat says."""
+
+    mode: Mode
+    active_box: str
+    remaining_s: float
+    message: str
+    last_fault: str = ''
+    tracking_error: float = 0.0
 
 
 Output = Happened | BinsChanged | BinClosed | Progress | Finished | Replied | Said | Failed

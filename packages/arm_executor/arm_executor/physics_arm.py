@@ -344,6 +344,10 @@ class PhysicsArm:
         """Let ``seconds`` of robot time pass with the arm where it is."""
         self._driver.hold(seconds)
 
+    def tracking_error(self) -> float:
+        """See :meth:`arm_executor.arm.Arm.tracking_error`."""
+        return self._driver.tracking_error
+
     def joint_positions(self) -> tuple[tuple[str, ...], tuple[float, ...]]:
         """See :meth:`arm_executor.arm.Arm.joint_positions`."""
         return CELL_JOINT_NAMES, self._driver.positions

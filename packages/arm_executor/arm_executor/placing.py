@@ -52,9 +52,9 @@ class Placing:
     """A goal that was admitted.
 
     ``stop`` ends it, or :meth:`halt`: the arm comes to rest, and the box goes back to the belt,
-    unless the pad has already let go. :attr:`remaining_s` and :attr:`plan`, the motion once it is under way, may be
-    read from any thread. When :attr:`abandoned` is set
-    the box stays where it is, and the next start of the executor finds it in the journal.
+    unless the pad has already let go. :attr:`remaining_s` and :attr:`plan`, the motion once it is
+    under way, may be read from any thread. When :attr:`abandoned` is set the box stays where it is,
+    and the next start of the executor finds it in the journal.
     """
 
     def __init__(self, goal: Goal, received_wall_s: float, received_steady_s: float) -> None:

@@ -77,7 +77,7 @@ class Parameters:
         read_only=True,
     )
     angle_tolerance_deg: float = parameter(
-        2.0,
+        1.0,
         'Farthest that a box may be turned from how it should rest.',
         unit='degrees',
         low=0.1,
@@ -97,6 +97,14 @@ class Parameters:
         'Refuse a goal whose predicted time exceeds its deadline. Off: do it, and report it late.',
         read_only=True,
     )
+    watchdog_s: float = parameter(
+        10.0,
+        'Motion that makes no progress for so long is stopped; longer when `speed` is below 1.',
+        unit='s',
+        low=1.0,
+        high=3600.0,
+        read_only=True,
+    )
     state_dir: str = parameter(
         '', 'Folder of the journal; empty keeps it in memory.', read_only=True
     )
@@ -110,6 +118,7 @@ class Settings:
     tolerance: Tolerance
     present_timeout_s: float = 30.0
     enforce_deadline: bool = True
+    watchdog_s: float = 10.0
 
 
 def settings_from(parameters: Parameters, layout: Layout | None = None) -> Settings:
@@ -132,4 +141,5 @@ def settings_from(parameters: Parameters, layout: Layout | None = None) -> Setti
         ),
         present_timeout_s=parameters.present_timeout_s,
         enforce_deadline=parameters.enforce_deadline,
+        watchdog_s=parameters.watchdog_s / (min(1.0, parameters.speed) or 1.0),
     )

@@ -263,6 +263,10 @@ class TimedArm:
         """Id of the box in the gripper."""
         return self._held
 
+    def tracking_error(self) -> float:
+        """It has no joints that could stray."""
+        return 0.0
+
     def joint_positions(self) -> tuple[tuple[str, ...], tuple[float, ...]]:
         """It has no joints."""
         return (), ()

@@ -150,6 +150,12 @@ class PhysicsWorld:
         bullet.move_box(self.client, body.number, pose, body.com_offset)
         pybullet.resetBaseVelocity(body.number, (0, 0, 0), (0, 0, 0), physicsClientId=self.client)
 
+    def name_of(self, number: int) -> str:
+        """What people call a body."""
+        names = {body.number: f'box {box_id}' for box_id, body in self.boxes.items()}
+        names |= {one: part for part, numbers in self._parts.items() for one in numbers}
+        return 'the arm' if number == self.robot else names.get(number, 'something unknown')
+
     def pose(self, box_id: str) -> Pose:
         """Pose of a box's geometric centre."""
         body = self.boxes[box_id]

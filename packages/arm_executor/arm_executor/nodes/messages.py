@@ -7,8 +7,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from arm_executor.admission import CELL_FRAME, Goal
 from arm_executor.bins import BookState
-from arm_executor.core import Status
-from arm_executor.outputs import Progress
+from arm_executor.outputs import Progress, Status
 from arm_executor.truth import TrueBox
 from pack_msgs.action import PlaceBox
 from pack_msgs.msg import BoxScan
@@ -75,12 +74,15 @@ def feedback_to_ros(progress: Progress) -> PlaceBox.Feedback:
 
 
 def diagnostics_to_ros(
-    name: str, status: Status, bins: BookState, stamp: TimeMsg
+    name: str, status: Status, bins: BookState, journal: str, stamp: TimeMsg
 ) -> DiagnosticArray:
-    """Mode and bins as one diagnostic status (REP 107)."""
+    """Mode, last fault, journal and bins as one diagnostic status (REP 107)."""
     values = {
         'mode': status.mode.name,
         'active_box': status.active_box,
+        'last_fault': status.last_fault or 'none',
+        'tracking_error': f'{status.tracking_error:.0%} of what is allowed',
+        'journal': journal,
         'revision': str(bins.revision),
         **{one.id: f'{len(one.boxes)} boxes, {one.fill_rate:.1%} full' for one in bins.bins},
     }

@@ -9,9 +9,8 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 
 from arm_executor.bins import BookState
-from arm_executor.core import Status
 from arm_executor.nodes.messages import diagnostics_to_ros
-from arm_executor.outputs import BinClosed, BinsChanged, Happened
+from arm_executor.outputs import BinClosed, BinsChanged, Happened, Status
 from pack_msgs.msg import BinState, BinStateArray, BoxEvent, ExecutorState, PlacementReport
 from pack_msgs_py import conversions, qos
 from pack_msgs_py.cell_values import BinSnapshot, Report
@@ -74,7 +73,7 @@ class Publishers:
         self._state.publish(msg)
         self._state.assert_liveliness()
 
-    def diagnostics(self, status: Status, bins: BookState) -> None:
-        """Mode and bins for `/diagnostics` (REP 107)."""
+    def diagnostics(self, status: Status, bins: BookState, journal: str) -> None:
+        """Mode, last fault, journal and bins for `/diagnostics` (REP 107)."""
         name = self._node.get_fully_qualified_name()
-        self._diagnostics.publish(diagnostics_to_ros(name, status, bins, self._stamp()))
+        self._diagnostics.publish(diagnostics_to_ros(name, status, bins, journal, self._stamp()))
