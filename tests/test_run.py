@@ -25,7 +25,12 @@ def replay(cell: CellProcess) -> dict[int, list[PlacedBox]]:
         if row['outcome'] != 'placed':
             continue
         placed = PlacedBox(
-            Box(row['box_id'], tuple(row['size_mm']), row['weight_kg']),
+            Box(
+                row['box_id'],
+                tuple(row['size_mm']),
+                row['weight_kg'],
+                size_stddev_mm=tuple(row['size_stddev_mm']),
+            ),
             tuple(row['position_mm']),
             tuple(row['placed_size_mm']),
             row['orientation'],

@@ -141,17 +141,17 @@ def _algorithms(arguments: argparse.Namespace) -> list[tuple[str, str]]:
 
 def _source_of_file(arguments: argparse.Namespace) -> Source:
     """Boxes of the given file, or of the built-in one."""
-    from conveyor_sim.streams import load_boxes
+    from conveyor_sim.streams import load_boxes, open_source
     from pack_planner.bench.values import Source
 
-    boxes, rejected = load_boxes('' if arguments.boxes is None else arguments.boxes)
+    boxes, rejected = load_boxes(arguments.boxes or '')
     if not boxes:
         msg = f'box file {arguments.boxes} holds no usable box; {rejected[0].text}'
         raise ValueError(msg)
     in_order = arguments.boxes is not None and (
         arguments.collections is None or arguments.shuffle is not None
     )
-    name = 'built-in cartons' if arguments.boxes is None else arguments.boxes.name
+    name = open_source(arguments.boxes or '').name
     if not in_order:
         name += ', drawn with replacement'
     elif arguments.shuffle is not None:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from conveyor_sim.streams import SYNTAX
 from pack_msgs_py.orientation import ORIENTATION_RULES
 from pack_msgs_py.profiles import PROFILES
 
@@ -55,10 +56,9 @@ def _add_questions(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     boxes = parser.add_argument_group('boxes')
     boxes.add_argument(
-        '--boxes', type=Path, metavar='FILE',
-        help='box file (CSV or BED-BPP JSON), packed in its order; with --collections boxes are '
-        'drawn from it until four bins are filled. Default: SYN is cut from ten bins, other '
-        'bins get boxes drawn from the built-in cartons',
+        '--boxes', metavar='BOXES',
+        help=f'{SYNTAX}; packed in order, with --collections drawn until four bins are filled. '
+        'Default: SYN is cut from ten bins, other bins get boxes drawn from the built-in cartons',
     )  # fmt: skip
     boxes.add_argument(
         '--shuffle', type=_whole(0, 2**31 - 1), metavar='SEED',

@@ -9,6 +9,10 @@ from collections.abc import Sequence
 
 from arm_executor.layout import STATIONS
 from arm_executor.layout_file import layout_for
+from conveyor_sim.arrivals import find_arrivals
+from conveyor_sim.faults import parse_faults
+from conveyor_sim.jams import find_jams
+from conveyor_sim.streams import load_boxes
 from pack_cell.bench_options import add_bench
 from pack_cell.layout_command import add_layout, run_layout
 from pack_cell.options import OneLineParser, RunOptions, add_run_options, run_options
@@ -52,12 +56,11 @@ def _demo_arguments(arguments: argparse.Namespace) -> list[str]:
 
 
 def check_boxes(options: RunOptions) -> None:
-    """Refuse a box file that cannot be read, before anything starts; ``ValueError`` says why."""
-    if options.boxes is None:
-        return
-    from conveyor_sim.streams import load_boxes
-
+    """Refuse what the conveyor cannot do, before anything starts; ``ValueError`` says why."""
     load_boxes(options.boxes)
+    parse_faults(options.faults)
+    find_arrivals(options.arrivals)
+    find_jams(options.jams)
 
 
 def check_cell(options: RunOptions) -> None:

@@ -10,7 +10,8 @@ from typing import Any
 import yaml
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 
-from pack_cell.options import RunOptions
+from conveyor_sim.streams import resolved
+from pack_cell.options import SCAN_SIGMA_DEG, SCAN_SIGMA_KG, RunOptions
 from pack_cell.supervisor import NodeSpec
 
 #: Node name to (package, executable).
@@ -26,10 +27,19 @@ def node_parameters(folder: Path, options: RunOptions) -> dict[str, dict[str, An
     state = str(folder / 'state')
     return {
         'conveyor': {
-            'boxes_file': str(options.boxes.resolve()) if options.boxes else '',
+            'boxes_file': resolved(options.boxes),
             'count': options.count,
             'seed': options.seed,
+            'destinations': options.destinations,
+            'size_sigma': options.scan_sigma_mm,
+            'weight_sigma': SCAN_SIGMA_KG if options.scan_sigma_mm else 0.0,
+            'yaw_sigma': SCAN_SIGMA_DEG if options.scan_sigma_mm else 0.0,
+            'faults': options.faults,
             'look_ahead': options.look_ahead,
+            'belt_mode': options.belt_mode,
+            'arrivals': options.arrivals,
+            'jams': options.jams,
+            'max_laps': options.max_laps,
             'speed': options.speed,
             'state_dir': state,
         },
@@ -37,6 +47,7 @@ def node_parameters(folder: Path, options: RunOptions) -> dict[str, dict[str, An
             'algorithm': options.algorithm,
             'profile': options.profile,
             'orientations': 'upright',
+            'size_sigmas': options.size_sigmas,
             'look_ahead': options.look_ahead,
             'deadline_s': options.deadline_s,
         },
@@ -48,6 +59,7 @@ def node_parameters(folder: Path, options: RunOptions) -> dict[str, dict[str, An
             'open_bins': options.open_bins,
             'profile': options.profile,
             'orientations': 'upright',
+            'size_sigmas': options.size_sigmas,
             'speed': options.speed,
             'state_dir': state,
         },

@@ -79,7 +79,7 @@ class RunDisplay:
         )
         colour = 'green' if report.slack_s >= 0 else 'red'
         total = self._record.expected
-        count = sum(1 for r in self._record.all_reports.values() if r.code.box_is_in_bin)
+        count = self._record.in_bin_reports
         at = '({:>4}, {:>4}, {:>4})'.format(*corner)
         self.say(
             f'{count:>3}/{total if total is not None else "?":<3} {report.box_id:<24.24} '
@@ -122,6 +122,19 @@ def _percent(value: float | None) -> str:
     return 'no bin' if value is None else f'{value:.1f} %'
 
 
+def _account_lines(found: dict[str, Any] | None, waits: dict[str, Any]) -> list[tuple[str, str]]:
+    if found is None:
+        return []
+    reasons = ', '.join(f'{number} {name}' for name, number in found['rejected'].items())
+    right = 'all of' if found['sum_is_right'] else 'NOT all of'
+    places = (
+        f'{right} {found["fed"]} fed: {found["on_belt"]} on the belt, {found["in_gripper"]} in the '
+        f'gripper, {found["lost"]} lost, {found["unknown"]} unknown; rejected: {reasons or "none"}'
+    )
+    longest = f'{waits.get("longest_wait_s") or 0.0:.0f} s, {waits.get("most_laps") or 0} laps'
+    return [('  ledger', places), ('  longest wait', longest)]
+
+
 def summary_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
     """Name and text of each line of the summary that people read."""
     boxes = (
@@ -137,6 +150,7 @@ def summary_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
     error = summary['max_pose_error_mm']
     return [
         ('boxes', boxes),
+        *_account_lines(summary['accounts'], summary['waits']),
         ('bins', f'{summary["bin"]}: {summary["closed_bins"]} closed, {summary["open_bins"]} open'),
         ('fill rate', fill),
         ('cycle time', _times(summary['cycle_time_s'], 1.0, 's', 2)),

@@ -9,8 +9,16 @@ from pathlib import Path
 from typing import NoReturn
 
 from arm_executor.robot.parameters import ARMS
+from conveyor_sim.arrivals import FORMS as ARRIVALS
+from conveyor_sim.jams import FORMS as JAMS
+from conveyor_sim.streams import SYNTAX
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import BinSpec, parse_bin
+
+#: Error of the scanner by profile: what one can buy, and none, as in the paper.
+SCAN_SIGMA_MM = {'cell': 2.0, 'paper': 0.0}
+#: What else is off when the sizes are, in kilograms and degrees.
+SCAN_SIGMA_KG, SCAN_SIGMA_DEG = 0.02, 0.3
 
 
 class OneLineParser(argparse.ArgumentParser):
@@ -25,7 +33,7 @@ class OneLineParser(argparse.ArgumentParser):
 class RunOptions:
     """Everything that fixes a run. Lengths in millimetres, times in seconds."""
 
-    boxes: Path | None
+    boxes: str
     count: int
     bin_spec: BinSpec
     open_bins: int
@@ -42,6 +50,14 @@ class RunOptions:
     respawn: bool
     stall_timeout_s: float
     quiet: bool
+    destinations: int
+    belt_mode: str
+    arrivals: str
+    jams: str
+    max_laps: int
+    scan_sigma_mm: float
+    size_sigmas: float
+    faults: str
 
 
 def number(low: float, high: float, what: str, *, whole: bool, above: bool = False):  # type: ignore[no-untyped-def]
@@ -75,17 +91,17 @@ def add_run_options(parser: argparse.ArgumentParser, algorithms: tuple[str, ...]
     work = parser.add_argument_group('what to pack')
     work.add_argument(
         '--boxes',
-        type=Path,
-        metavar='FILE',
-        help='box file, CSV (id,length_mm,width_mm,height_mm,weight_kg; only the sizes are '
-        "required) or a BED-BPP order JSON; default: the project's own stream of 40 cartons",
+        default='',
+        metavar='BOXES',
+        help=f"{SYNTAX}; default: cartons, the project's own stream of 40",
     )
     work.add_argument(
         '--count',
         type=number(0, 1_000_000, 'it must be 0 to 1000000', whole=True),
         default=0,
         metavar='N',
-        help='number of boxes; more than the file holds repeats it; 0 (default): all of it once',
+        help='number of boxes; more than the file holds repeats it, or more are made; 0 (default): '
+        'all of it once',
     )
     work.add_argument(
         '--seed',
@@ -109,6 +125,13 @@ def add_run_options(parser: argparse.ArgumentParser, algorithms: tuple[str, ...]
         metavar='N',
         help='bins open at a time, 1 to 3 (default 2)',
     )
+    work.add_argument(
+        '--destinations',
+        type=number(0, 1000, 'it must be 0 to 1000', whole=True),
+        default=0,
+        metavar='N',
+        help='give each box that has none one of N destinations, at random; 0 (default): none',
+    )
     plan = parser.add_argument_group('how to decide')
     plan.add_argument(
         '--look-ahead',
@@ -126,6 +149,15 @@ def add_run_options(parser: argparse.ArgumentParser, algorithms: tuple[str, ...]
         default='cell',
         help='packing rules: cell (default) has the margins that an arm needs, paper has none',
     )
+    plan.add_argument(
+        '--size-sigmas',
+        type=number(0, 10, 'it must be 0 to 10', whole=False),
+        default=-1.0,
+        metavar='K',
+        help='standard deviations of the scanner that are kept free around a box; default 2 with '
+        'profile cell, 0 with paper',
+    )
+    _add_belt_options(parser.add_argument_group('what comes on the belt'))
     act = parser.add_argument_group('how to act')
     act.add_argument(
         '--arm',
@@ -183,7 +215,48 @@ def add_run_options(parser: argparse.ArgumentParser, algorithms: tuple[str, ...]
     output.add_argument('--quiet', action='store_true', help='no progress, only the summary')
 
 
+def _add_belt_options(belt: argparse._ArgumentGroup) -> None:
+    belt.add_argument(
+        '--scan-sigma',
+        type=number(0, 50, 'it must be 0 to 50 mm', whole=False),
+        default=-1.0,
+        dest='scan_sigma_mm',
+        metavar='MM',
+        help='standard deviation of each edge that the scanner measures; with one, weight and '
+        'angle are a little off too; default 2 with profile cell, 0 with paper',
+    )
+    belt.add_argument(
+        '--faults',
+        default='',
+        metavar='RATES',
+        help='what goes wrong with how many of the boxes: no_read=0.01,touching=0.005, or all=0.01 '
+        'for each of no_read, wrong_size, touching, oversize, overweight, damaged, empty_pick, '
+        'duplicate_id, fallen; default none',
+    )
+    belt.add_argument(
+        '--belt-mode',
+        choices=('stop_at_pick', 'continuous'),
+        default='stop_at_pick',
+        help='stop_at_pick (default) turns either way and waits; continuous runs all the time',
+    )
+    belt.add_argument(
+        '--arrivals', default='saturated', metavar='WHEN', help=f'{ARRIVALS} (default saturated)'
+    )
+    belt.add_argument('--jams', default='', metavar='WHEN', help=f'{JAMS} (default none)')
+    belt.add_argument(
+        '--max-laps',
+        type=number(0, 1_000_000, 'it must be 0 to 1000000', whole=True),
+        default=100,
+        metavar='N',
+        help='a box passed over more often is rejected; 0 for any number (default 100)',
+    )
+
+
 def run_options(arguments: argparse.Namespace) -> RunOptions:
-    """The parsed options as a value."""
-    given = vars(arguments)
+    """The parsed options as a value; what depends on the profile is filled in."""
+    given = dict(vars(arguments))
+    if given['scan_sigma_mm'] < 0:
+        given['scan_sigma_mm'] = SCAN_SIGMA_MM[given['profile']]
+    if given['size_sigmas'] < 0:
+        given['size_sigmas'] = PROFILES[given['profile']].size_sigmas
     return RunOptions(**{name: given[name] for name in RunOptions.__dataclass_fields__})

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
 
 from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Report, Scan
 from pack_msgs_py.codes import BoxEventKind
-from pack_msgs_py.values import Bin, Box
+from pack_msgs_py.values import Bin, Box, PlacedBox
 
 _FINAL = {
     BoxEventKind.PLACED: 'placed',
@@ -25,6 +27,7 @@ class RunRecord:
     """Feeds on scans, decisions, reports, events and bins, in any order and more than once."""
 
     boxes: dict[str, Box] = field(default_factory=dict)
+    true_boxes: dict[str, Box] = field(default_factory=dict)
     decisions: dict[str, Decision] = field(default_factory=dict)
     all_decisions: list[Decision] = field(default_factory=list)
     reports: dict[str, Report] = field(default_factory=dict)
@@ -34,12 +37,20 @@ class RunRecord:
     bins: dict[str, Bin] = field(default_factory=dict)
     closed: dict[str, Bin] = field(default_factory=dict)
     _decision_keys: set[tuple[str, int, float]] = field(default_factory=set)
+    _last: Counter[BoxEventKind] = field(default_factory=Counter)
+    in_bin_reports: int = 0
 
     def on_scan(self, scan: Scan) -> None:
         """Remember the newest scan and every box it shows."""
         self.scan = scan
         for item in scan.boxes:
-            self.boxes.setdefault(item.box.id, item.box)
+            # The newest: a box may be scanned again.
+            self.boxes[item.box.id] = item.box
+
+    def on_truth(self, scan: Scan) -> None:
+        """Remember what the boxes really are."""
+        for item in scan.boxes:
+            self.true_boxes[item.box.id] = item.box
 
     def on_decision(self, decision: Decision) -> bool:
         """Remember a decision; ``False`` when it was already known."""
@@ -58,6 +69,7 @@ class RunRecord:
             return False
         self.all_reports[report.goal_id] = report
         self.reports[report.box_id] = report
+        self.in_bin_reports += report.code.box_is_in_bin
         return True
 
     def on_event(self, event: BoxEvent) -> bool:
@@ -65,6 +77,9 @@ class RunRecord:
         before = self.events.get(event.box_id)
         if before is not None and event.stamp_s <= before.stamp_s:
             return False
+        if before is not None:
+            self._last[before.event] -= 1
+        self._last[event.event] += 1
         self.events[event.box_id] = event
         return True
 
@@ -105,7 +120,21 @@ class RunRecord:
 
     def count(self, kind: BoxEventKind) -> int:
         """Boxes whose last event is ``kind``."""
-        return sum(1 for event in self.events.values() if event.event is kind)
+        return self._last[kind]
+
+    def unknown(self) -> int:
+        """Boxes whose last event is that nobody has resolved where they are."""
+        return self._last[BoxEventKind.UNKNOWN]
+
+    def true_bins(self, bins: Iterable[Bin]) -> list[Bin]:
+        """``bins`` with the true sizes of their boxes, as far as these are known."""
+        return [replace(one, boxes=tuple(map(self._truly, one.boxes))) for one in bins]
+
+    def _truly(self, placed: PlacedBox) -> PlacedBox:
+        true = self.true_boxes.get(placed.box.id)
+        if true is None:
+            return placed
+        return replace(placed, box=replace(placed.box, size_mm=true.size_mm))
 
     @property
     def supplied(self) -> int:
@@ -122,7 +151,7 @@ class RunRecord:
     @property
     def settled(self) -> int:
         """Boxes that have come to their end: placed, rejected or lost."""
-        return sum(1 for event in self.events.values() if event.event in _FINAL)
+        return sum(self._last[kind] for kind in _FINAL)
 
     def complete(self) -> bool:
         """Whether the stream has ended and every box of it has come to its end."""
@@ -140,14 +169,17 @@ class RunRecord:
             if event.event is BoxEventKind.PLACED
         )
 
-    def unaccounted(self) -> list[str]:
-        """What is wrong with boxes that are not in exactly one place, a line each."""
+    def unaccounted(self, hidden: int = 0) -> list[str]:
+        """What is wrong with boxes that are not in exactly one place, a line each.
+
+        ``hidden`` boxes are known to be there although no scan shows them.
+        """
         lines = [
             f'box {box_id!r} is in {len(where)} places: {", ".join(where) or "none"}'
             for box_id, where in sorted(self.places().items())
             if len(where) != 1
         ]
-        missing = self.supplied - len({*self.boxes, *self.events})
+        missing = self.supplied - hidden - len({*self.boxes, *self.events})
         if missing > 0:
             lines.append(f'{missing} boxes were supplied that no topic ever showed')
         return lines

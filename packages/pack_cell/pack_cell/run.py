@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import signal
 import sys
@@ -12,10 +13,14 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from types import FrameType
+from typing import Any
 
+from conveyor_sim.streams import BOXES_FILE, Stream, write_boxes
+from pack_cell.accounts import read_ledger
 from pack_cell.commands import node_specs, write_parameters
 from pack_cell.display import RunDisplay
 from pack_cell.domain import DomainTaken, hold_domain
+from pack_cell.memory import MemoryWatch
 from pack_cell.options import RunOptions
 from pack_cell.record import RunRecord
 from pack_cell.summary import placement_rows, summarize, write_run
@@ -27,6 +32,8 @@ EXIT_USAGE = 2
 EXIT_NODE_DIED = 3
 EXIT_STALLED = 4
 
+#: How often the memory of the nodes is measured.
+MEMORY_PERIOD_S = 1.0
 #: The report of a box follows its event within milliseconds, unless the executor died between.
 REPORT_PATIENCE_S = 1.0
 
@@ -107,8 +114,13 @@ def run(options: RunOptions, command: Sequence[str]) -> int:
         wall_time_s=time.monotonic() - began,
         first_decision_s=watch.first_decision_s,
         problems=problems,
+        ledger=read_ledger(folder / 'state'),
+        memory=watch.memory.summary(),
     )
     write_run(folder, summary, placement_rows(record))
+    stream = Stream.open(options.boxes, options.count, options.seed, options.destinations)
+    fed = min(record.supplied, len(stream))
+    write_boxes(folder / BOXES_FILE, (stream[ordinal] for ordinal in range(fed)))
     display.summary(summary, folder)
     for line in ending.details:
         print(f'  | {line}', file=sys.stderr)
@@ -118,8 +130,15 @@ def run(options: RunOptions, command: Sequence[str]) -> int:
     if ending.reason:
         print(ending.reason)
         return EXIT_OK
-    clean = not (summary['lost'] or summary['unaccounted'] or summary['rule_violations'])
-    return EXIT_OK if clean else EXIT_PROBLEM
+    return EXIT_OK if is_clean(summary) else EXIT_PROBLEM
+
+
+def is_clean(summary: dict[str, Any]) -> bool:
+    """Whether every box is in exactly one place, and no rule was broken."""
+    found = summary['accounts']
+    if found is not None and (not found['sum_is_right'] or found['unknown']):
+        return False
+    return not (summary['lost'] or summary['unaccounted'] or summary['rule_violations'])
 
 
 def write_pids(folder: Path, supervisor: Supervisor) -> None:
@@ -143,6 +162,8 @@ class Watch:
 
     def __post_init__(self) -> None:
         self.problems: list[str] = []
+        self.memory = MemoryWatch()
+        self._measured_s = -math.inf
         self._last_change = time.monotonic()
 
     def until_done(self, display: RunDisplay) -> Ending:
@@ -176,6 +197,7 @@ class Watch:
             self._last_change = time.monotonic()
             write_pids(self.folder, self.supervisor)
             display.say(f'[red]       {death}; started again[/]')
+        self._measure()
         idle = time.monotonic() - self._last_change
         if self.record.complete() and (self.record.all_reported() or idle > REPORT_PATIENCE_S):
             return Ending(EXIT_OK)
@@ -184,3 +206,12 @@ class Watch:
             reason = f'nothing has happened for {idle:.0f} s, {left} boxes have not come to an end'
             return Ending(EXIT_STALLED, reason)
         return None
+
+    def _measure(self) -> None:
+        """Look at the memory of the nodes now and then."""
+        now_s = time.monotonic()
+        expected = self.record.expected
+        if now_s - self._measured_s < MEMORY_PERIOD_S or not expected:
+            return
+        self._measured_s = now_s
+        self.memory.measure(self.supervisor.pids(), self.record.settled / expected)

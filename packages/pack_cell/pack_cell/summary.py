@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import platform
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from pack_cell.accounts import Ledger, accounts, disagreements, waits
 from pack_cell.asked import asked_summary
 from pack_cell.options import RunOptions
 from pack_cell.record import RunRecord
@@ -22,12 +23,13 @@ from pack_msgs_py.values import Bin, PlacedBox
 _PACKAGES = ('pack_cell', 'numpy', 'pybullet', 'rclpy', 'toppra', 'pin', 'numba')
 
 
-def execution_profile(name: str) -> Profile:
-    """The rules as a run with an arm applies them.
+def execution_profile(name: str, size_sigmas: float | None = None) -> Profile:
+    """The rules as a run with an arm applies them, ``size_sigmas`` instead of the profile's own.
 
     Whatever the profile allows, this arm picks boxes from above, so they stay upright.
     """
-    return replace(find_profile(name), orientations='upright')
+    profile = replace(find_profile(name), orientations='upright')
+    return profile if size_sigmas is None else replace(profile, size_sigmas=size_sigmas)
 
 
 def placement_rows(record: RunRecord) -> list[dict[str, Any]]:
@@ -41,13 +43,15 @@ def placement_rows(record: RunRecord) -> list[dict[str, Any]]:
 
 
 def _row(record: RunRecord, box_id: str, found: tuple[Bin, PlacedBox] | None) -> dict[str, Any]:
-    box = record.boxes.get(box_id)
+    box, true = record.boxes.get(box_id), record.true_boxes.get(box_id)
     decision = record.decisions.get(box_id)
     report = record.reports.get(box_id)
     event = record.events.get(box_id)
     row: dict[str, Any] = {
         'box_id': box_id,
         'size_mm': list(box.size_mm) if box else None,
+        'size_stddev_mm': list(box.size_stddev_mm) if box else None,
+        'true_size_mm': list(true.size_mm) if true else None,
         'weight_kg': box.weight_kg if box else None,
         'bin_serial': None,
         'bin_type': None,
@@ -99,9 +103,11 @@ def summarize(
     wall_time_s: float,
     first_decision_s: float | None,
     problems: Iterable[str] = (),
+    ledger: Ledger | None = None,
+    memory: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """The summary of a run as plain data; fills are percent, times seconds."""
-    profile = execution_profile(options.profile)
+    profile = execution_profile(options.profile, options.size_sigmas)
     violations = validate_bins(record.every_bin(), profile)
     goals = list(record.all_reports.values())
     done = [report for report in goals if report.code.box_is_in_bin]
@@ -113,16 +119,21 @@ def summarize(
     closed = sorted(record.closed.values(), key=lambda one: one.serial)
     still_open = sorted(record.bins.values(), key=lambda one: one.serial)
     errors = [1e3 * report.position_error_m for report in done if report.measured is not None]
-    unaccounted = record.unaccounted()
+    hidden = 0 if ledger is None else list(ledger.places.values()).count('unseen')
+    unaccounted = record.unaccounted(hidden)
+    if ledger is not None:
+        unaccounted += disagreements(ledger, record)
     return {
         'boxes_supplied': record.supplied,
         'placed': record.count(BoxEventKind.PLACED),
         'rejected': record.count(BoxEventKind.REJECTED),
         'lost': record.count(BoxEventKind.LOST),
         'unaccounted': len(unaccounted),
+        'accounts': None if ledger is None else accounts(ledger, record),
+        'waits': {} if ledger is None else waits(ledger),
         'closed_bins': len(closed),
         'open_bins': len(still_open),
-        **fill_metrics(closed, still_open),
+        **fill_metrics(record.true_bins(closed), record.true_bins(still_open)),
         'cycle_time_s': time_summary([options.deadline_s - r.slack_s for r in done]),
         'planning_s': time_summary([d.planning_s for d in record.all_decisions]),
         'arm_planning_s': time_summary([r.planning_s for r in done]),
@@ -138,6 +149,7 @@ def summarize(
         'max_pose_error_mm': max(errors, default=None),
         'p95_pose_error_mm': quantile(errors, 0.95) if errors else None,
         'max_others_moved_mm': max((1e3 * r.others_moved_m for r in done), default=None),
+        'memory_mb': dict(memory or {}),
         'first_decision_s': first_decision_s,
         'wall_time_s': wall_time_s,
         'bin': options.bin_spec.name,
@@ -147,6 +159,10 @@ def summarize(
         'arm': options.arm,
         'speed': options.speed,
         'seed': options.seed,
+        'boxes': options.boxes or 'cartons',
+        'faults': options.faults,
+        'scan_sigma_mm': options.scan_sigma_mm,
+        'size_sigmas': options.size_sigmas,
         'versions': _versions(),
         'command': ' '.join(command),
         'problems': [*problems, *(str(v) for v in violations), *unaccounted],

@@ -23,6 +23,11 @@ WRONG = [
     (['--profile', 'lab'], 'lab'),
     (['--seed', '1.5'], 'whole number'),
     (['--unknown'], 'unrecognized'),
+    (['--scan-sigma', '51'], '0 to 50 mm'),
+    (['--size-sigmas', 'nan'], '0 to 10'),
+    (['--destinations', '-1'], '0 to 1000'),
+    (['--max-laps', '1.5'], 'whole number'),
+    (['--belt-mode', 'flying'], 'flying'),
 ]
 
 
@@ -34,6 +39,42 @@ def test_a_wrong_option_is_one_line_with_the_value(arguments, text, capsys):
     error = capsys.readouterr().err
     assert error.count('\n') == 1
     assert text in error
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'text'),
+    [
+        (['--faults', 'magic=0.1'], "unknown fault 'magic'"),
+        (['--faults', 'all=1'], 'add up to 9'),
+        (['--arrivals', 'never'], "arrivals is 'never'"),
+        (['--jams', 'always'], "jams is 'always'"),
+        (['--boxes', 'mpv:class=12'], 'class=12'),
+        (['--boxes', 'br:x.txt'], 'which problem'),
+    ],
+)
+def test_what_the_conveyor_cannot_do_is_one_line(arguments, text, capsys):
+    assert main(['run', *arguments]) == 2
+    error = capsys.readouterr().err
+    assert error.count('\n') == 1
+    assert text in error
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'sigma_mm', 'sigmas'),
+    [
+        ([], 2.0, 2.0),
+        (['--profile', 'paper'], 0.0, 0.0),
+        (['--scan-sigma', '4', '--size-sigmas', '0'], 4.0, 0.0),
+        (['--profile', 'paper', '--scan-sigma', '1', '--size-sigmas', '3'], 1.0, 3.0),
+    ],
+)
+def test_the_scanner_is_as_good_as_the_profile_says_unless_told_otherwise(
+    arguments, sigma_mm, sigmas
+):
+    parser = OneLineParser()
+    add_run_options(parser, ('mpack_lite',))
+    found = run_options(parser.parse_args(arguments))
+    assert (found.scan_sigma_mm, found.size_sigmas) == (sigma_mm, sigmas)
 
 
 def test_a_missing_box_file_is_one_line(tmp_path, capsys):

@@ -1,6 +1,6 @@
 """Where boxes come from: files, recipes, earlier runs; repetition, order and destinations."""
 
-from conveyor_sim.streams.choice import SYNTAX, load_boxes, open_source
+from conveyor_sim.streams.choice import SYNTAX, load_boxes, open_source, resolved
 from conveyor_sim.streams.files import BUILT_IN, read_entries
 from conveyor_sim.streams.rows import BoxFileError, Entry, RejectedRow
 from conveyor_sim.streams.run_folder import BOXES_FILE, write_boxes
@@ -17,5 +17,6 @@ __all__ = [
     'load_boxes',
     'open_source',
     'read_entries',
+    'resolved',
     'write_boxes',
 ]

@@ -62,6 +62,21 @@ def open_source(choice: str | Path = '', seed: int = 0) -> Source:
     raise BoxFileError(msg)
 
 
+def resolved(choice: str) -> str:
+    """``choice`` with the path in it made absolute, for a process that runs elsewhere."""
+    kind, colon, rest = choice.partition(':')
+    if choice in ('', 'cartons') or (kind in ('syn', 'mpv') and (colon or kind == choice)):
+        return choice
+    if colon and kind == 'draw':
+        return f'draw:{resolved(rest)}'
+    if colon and kind == 'br':
+        file, mark, after = rest.rpartition('#')
+        return f'br:{Path(file).expanduser().resolve()}{mark}{after}'
+    if colon and kind == 'run':
+        return f'run:{Path(rest).expanduser().resolve()}'
+    return str(Path(choice).expanduser().resolve())
+
+
 def load_boxes(choice: str | Path = '', seed: int = 0) -> tuple[list[Box], list[RejectedRow]]:
     """Boxes and rejected rows of one round of what ``choice`` names.
 

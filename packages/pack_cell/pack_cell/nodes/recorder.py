@@ -1,7 +1,7 @@
 """Node `recorder`: listens to every topic of the cell and feeds a :class:`RunRecord`.
 
 Subscribes
-    box_scan, placements, placement_report, box_event, bin_state, bin_closed
+    box_scan, true_boxes, placements, placement_report, box_event, bin_state, bin_closed
 """
 
 from __future__ import annotations
@@ -38,6 +38,7 @@ class Recorder(Node):
         self._listener = listener or (lambda kind, value: None)
         topics: dict[str, tuple[type, Callable[[Any], None]]] = {
             'box_scan': (BoxScan, self._on_scan),
+            'true_boxes': (BoxScan, self._on_truth),
             'placements': (Placement, self._on_decision),
             'placement_report': (PlacementReport, self._on_report),
             'box_event': (BoxEvent, self._on_event),
@@ -67,6 +68,10 @@ class Recorder(Node):
             if text not in self.problems:
                 self.problems.append(text)
         self.record.on_scan(scan)
+
+    def _on_truth(self, msg: BoxScan) -> None:
+        scan, _ = conversions.scan_from_ros(msg)
+        self.record.on_truth(scan)
 
     def _on_decision(self, msg: Placement) -> None:
         decision = conversions.decision_from_ros(msg)

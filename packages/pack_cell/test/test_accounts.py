@@ -1,0 +1,115 @@
+"""The books of the conveyor and what the topics showed must agree about every box."""
+
+from dataclasses import replace
+
+from conveyor_sim.ledger import BoxRecord, Place
+from conveyor_sim.ledger import Ledger as ConveyorLedger
+from pack_cell.accounts import Ledger, accounts, disagreements, read_ledger, waits
+from pack_cell.memory import MemoryWatch, resident_mb
+from pack_cell.record import RunRecord
+from pack_cell.run import is_clean
+from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Pose, Scan, ScannedBox
+from pack_msgs_py.codes import BoxEventKind, Reason
+from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin
+
+BOX = Box('a', (300.0, 200.0, 100.0), 2.0)
+PLACED = PlacedBox(BOX, (0, 0, 0), (300, 200, 100))
+BIN = Bin('LDC-1', 1, parse_bin('LDC'), (PLACED,))
+LEDGER = Ledger(
+    {'a': 'placed', 'b': 'rejected', 'c': 'on_belt', 'd': 'unseen', 'e': 'picked', 'f': 'rejected'},
+    {'b': Reason.NO_READ, 'f': Reason.FAULT},
+    {'longest_wait_s': 12.5, 'most_laps': 3},
+)
+
+
+def shown(supplied=6):
+    record = RunRecord()
+    boxes = tuple(ScannedBox(replace(BOX, id=name), Pose()) for name in 'c')
+    record.on_scan(Scan(1, 1.0, boxes, supplied=supplied, remaining=3))
+    record.on_bins(BinSnapshot(1, 1.0, (BIN,)))
+    return record
+
+
+def test_every_box_that_was_fed_is_counted_once():
+    found = accounts(LEDGER, shown())
+    assert found == {
+        'fed': 6,
+        'placed': 1,
+        'rejected': {'no_read': 1, 'fault': 1},
+        'on_belt': 2,
+        'in_gripper': 1,
+        'lost': 0,
+        'unknown': 0,
+        'sum_is_right': True,
+    }
+    assert not accounts(LEDGER, shown(supplied=7))['sum_is_right']
+    assert waits(LEDGER)['longest_wait_s'] == 12.5
+
+
+def test_a_box_of_which_ledger_and_bins_say_different_things_is_named():
+    assert disagreements(LEDGER, shown()) == []
+    other = Ledger({**LEDGER.places, 'a': 'on_belt', 'c': 'placed'}, LEDGER.reasons, {})
+    lines = disagreements(other, shown())
+    assert len(lines) == 2
+    assert "box 'a' is in a bin" in lines[0] and "box 'c' is placed by the ledger" in lines[1]
+
+
+def test_the_ledger_of_a_conveyor_is_read_as_it_was_written(tmp_path):
+    assert read_ledger(tmp_path) is None
+    written = ConveyorLedger(tmp_path, 'stream', 'of a test')
+    records = [
+        BoxRecord(0, 'a', Place.PLACED),
+        BoxRecord(1, 'b', Place.REJECTED, reason=Reason.NO_READ, text='not read'),
+    ]
+    written.save(records, {'statistics': '{"longest_wait_s": 4.0}'})
+    written.close()
+    found = read_ledger(tmp_path)
+    assert found == Ledger(
+        {'a': 'placed', 'b': 'rejected'}, {'b': Reason.NO_READ}, {'longest_wait_s': 4.0}
+    )
+
+
+def test_a_run_in_which_a_box_is_missing_is_not_clean():
+    good = {'lost': 0, 'unaccounted': 0, 'rule_violations': 0, 'accounts': None}
+    assert is_clean(good)
+    assert is_clean(good | {'accounts': {'sum_is_right': True, 'unknown': 0}})
+    for bad in (
+        {'lost': 1},
+        {'accounts': {'sum_is_right': False, 'unknown': 0}},
+        {'accounts': {'sum_is_right': True, 'unknown': 1}},
+    ):
+        assert not is_clean(good | bad)
+
+
+def test_fill_counts_true_sizes_and_a_second_scan_replaces_the_first():
+    record = shown()
+    true = replace(BOX, size_mm=(310.0, 200.0, 100.0))
+    record.on_truth(Scan(0, 1.0, (ScannedBox(true, Pose()),)))
+    (one,) = record.true_bins([BIN])
+    assert one.boxes[0].box.size_mm == true.size_mm
+    assert one.boxes[0].size_mm == PLACED.size_mm
+    again = replace(BOX, id='c', size_mm=(1.0, 2.0, 3.0))
+    record.on_scan(Scan(2, 2.0, (ScannedBox(again, Pose()),)))
+    assert record.boxes['c'] == again
+
+
+def test_events_are_counted_by_what_happened_last():
+    record = RunRecord()
+    for stamp, kind in enumerate((BoxEventKind.PICKED, BoxEventKind.UNKNOWN, BoxEventKind.PLACED)):
+        record.on_event(BoxEvent('a', kind, stamp_s=stamp + 1.0))
+        assert [one for one in BoxEventKind if record.count(one)] == [kind]
+        assert record.unknown() == (kind is BoxEventKind.UNKNOWN)
+    record.on_event(BoxEvent('a', BoxEventKind.LOST, stamp_s=0.5))
+    assert record.settled == record.count(BoxEventKind.PLACED) == 1
+
+
+def test_memory_is_measured_at_a_tenth_and_at_the_end():
+    watch = MemoryWatch()
+    watch.measure({}, 0.05)
+    assert watch.summary()['cell']['at_10_percent'] is None
+    watch.measure({}, 0.2)
+    watch.measure({'gone': 2**22 - 1}, 1.0)
+    found = watch.summary()
+    assert set(found) == {'cell'}
+    assert found['cell']['at_10_percent'] > 1.0 and found['cell']['at_end'] > 1.0
+    assert resident_mb(2**22 - 1) is None
