@@ -10,6 +10,8 @@ from typing import Any
 import yaml
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 
+from arm_executor.layout import lifting_limit
+from arm_executor.layout_file import find_layout
 from conveyor_sim.streams import resolved
 from pack_cell.options import SCAN_SIGMA_DEG, SCAN_SIGMA_KG, RunOptions
 from pack_cell.supervisor import NodeSpec
@@ -50,6 +52,7 @@ def node_parameters(folder: Path, options: RunOptions) -> dict[str, dict[str, An
             'size_sigmas': options.size_sigmas,
             'look_ahead': options.look_ahead,
             'deadline_s': options.deadline_s,
+            'max_payload_kg': _payload(options),
         },
         'arm_executor': {
             'arm': options.arm,
@@ -64,6 +67,14 @@ def node_parameters(folder: Path, options: RunOptions) -> dict[str, dict[str, An
             'state_dir': state,
         },
     }
+
+
+def _payload(options: RunOptions) -> float:
+    """What the robot lifts, kg; 0 for an arm without one."""
+    if options.arm != 'physics':
+        return 0.0
+    path = str(options.layout) if options.layout else ''
+    return lifting_limit(find_layout(path, options.robot))
 
 
 def write_parameters(folder: Path, options: RunOptions) -> dict[str, Path]:

@@ -5,6 +5,7 @@ import math
 import pytest
 
 from pack_cell.cli import main
+from pack_cell.commands import node_parameters
 from pack_cell.options import OneLineParser, add_run_options, run_options
 
 WRONG = [
@@ -111,3 +112,16 @@ def test_defaults_are_the_demo_settings():
     assert options.bin_spec.name == 'LDC'
     assert (options.look_ahead, options.open_bins, options.profile) == (5, 2, 'cell')
     assert math.isclose(options.deadline_s, 5.5)
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'payload'),
+    [([], 22.0), (['--robot', 'ur10e'], 9.5), (['--robot', 'ur10e', '--arm', 'timed'], 0.0)],
+)
+def test_the_planner_knows_what_the_robot_lifts(arguments, payload, tmp_path):
+    parser = OneLineParser()
+    add_run_options(parser, ('mpack_lite',))
+    options = run_options(parser.parse_args(arguments))
+    found = node_parameters(tmp_path, options)
+    assert found['planner']['max_payload_kg'] == payload
+    assert found['arm_executor']['robot'] == options.robot

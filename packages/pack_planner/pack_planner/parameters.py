@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 from pack_msgs_py.orientation import ORIENTATION_RULES
@@ -39,6 +40,13 @@ class PlannerParameters:
         "executor; -1 for the profile's own",
         low=-1.0,
         high=10.0,
+    )
+    max_payload_kg: float = parameter(
+        0.0,
+        "heaviest box, for an arm that lifts less than the profile allows; 0 for the profile's own",
+        unit='kg',
+        low=0.0,
+        read_only=True,
     )
     look_ahead: int = parameter(
         5, 'boxes to choose from', unit='boxes', low=1, high=20, read_only=True
@@ -130,6 +138,9 @@ def settings(parameters: PlannerParameters) -> Settings:
         profile = replace(profile, orientations=parameters.orientations)
     if parameters.size_sigmas >= 0:
         profile = replace(profile, size_sigmas=parameters.size_sigmas)
+    if parameters.max_payload_kg:
+        lift = min(parameters.max_payload_kg, profile.max_payload_kg or math.inf)
+        profile = replace(profile, max_payload_kg=lift)
     options = Options(
         parameters.cep,
         parameters.sort,

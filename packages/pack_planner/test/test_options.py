@@ -5,16 +5,18 @@ from __future__ import annotations
 import pytest
 from planner_cases import SMALL
 
+from pack_msgs_py.codes import Reason
 from pack_msgs_py.orientation import ORIENTATIONS
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Bin, BinSpec, Box, PlacedBox, parse_bin
 from pack_planner.algorithms import Problem, find_algorithm
 from pack_planner.algorithms.opack import sorted_boxes
 from pack_planner.closing import bin_to_close
-from pack_planner.decide import Close, Place, Planner
+from pack_planner.decide import Close, Place, Planner, Reject
 from pack_planner.engine import Engine, Weights, Zone
 from pack_planner.engine.contact import touches
 from pack_planner.options import Options
+from pack_planner.parameters import PlannerParameters, settings
 from pack_planner.policy import Settings, Situation, next_step
 from pack_planner.weights import parse_weights
 
@@ -185,3 +187,14 @@ def test_without_contact_anywhere_a_box_is_placed_all_the_same():
     step = next_step(settings, Engine(PROFILES['paper']), situation)
     corner = step.candidate.placed.corner_mm
     assert not all(touches(step.candidate.placed, (), empty.spec.size_mm, 10)), corner
+
+
+@pytest.mark.parametrize(
+    ('payload', 'outcome'), [(0.0, Place), (32.0, Place), (12.0, Place), (9.5, Reject)]
+)
+def test_box_heavier_than_this_robot_lifts_is_rejected_at_once(payload, outcome):
+    box = Box('heavy', (300.0, 200.0, 200.0), 12.0)
+    planner = Planner(settings(PlannerParameters(max_payload_kg=payload)), float)
+    found = planner.decide(Situation((box,), (Bin('b', 1, parse_bin('EQ')),)))
+    assert isinstance(found, outcome)
+    assert outcome is Place or found.decision.reject_reason is Reason.OVERWEIGHT
