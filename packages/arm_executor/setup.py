@@ -21,5 +21,5 @@ setup(
     maintainer_email='maintainers@packing-cell.example.org',
     description='Robot model, motion, physics world, bin journal and the place_box action',
     license='Apache-2.0',
-    entry_points={'console_scripts': ['arm_executor = arm_executor.node:main']},
+    entry_points={'console_scripts': ['arm_executor = arm_executor.main:main']},
 )

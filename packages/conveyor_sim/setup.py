@@ -21,5 +21,5 @@ setup(
     maintainer_email='maintainers@packing-cell.example.org',
     description='Box streams, circular belt, scanner and durable ledger of the packing cell',
     license='Apache-2.0',
-    entry_points={'console_scripts': ['conveyor = conveyor_sim.node:main']},
+    entry_points={'console_scripts': ['conveyor = conveyor_sim.main:main']},
 )

@@ -22,5 +22,5 @@ setup(
     maintainer_email='maintainers@packing-cell.example.org',
     description='Packing engine, packing algorithms and the planner node',
     license='Apache-2.0',
-    entry_points={'console_scripts': ['planner = pack_planner.node:main']},
+    entry_points={'console_scripts': ['planner = pack_planner.main:main']},
 )
