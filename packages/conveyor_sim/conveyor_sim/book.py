@@ -99,7 +99,7 @@ class Book:
         return self._gate.true_pose(true, record.ordinal, record.scans, length_m)
 
     def falls(self, record: BoxRecord) -> bool:
-        """Whether this box falls off the belt on its way to the pick point."""
+        """Whether this box falls off the belt."""
         return self._gate.fault(record.ordinal, record.scans) is Fault.FALLEN
 
     def scan_again(self, record: BoxRecord, reason: Reason, text: str, stamp_s: float) -> None:
@@ -108,8 +108,15 @@ class Book:
             self.reject(record, reason, text, stamp_s)
             return
         self.note(f'{record.box_id}: scanned again; {text}')
-        again = replace(record, place=Place.WAITING, slot=None, scans=record.scans + 1)
-        self.set(again)
+        self.set(
+            replace(
+                record,
+                place=Place.WAITING,
+                slot=None,
+                scans=record.scans + 1,
+                stamp_ns=max(record.stamp_ns, round(1e9 * stamp_s)),
+            )
+        )
         self.uncover()
 
     def uncover(self) -> None:

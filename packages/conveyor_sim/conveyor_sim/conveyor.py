@@ -128,10 +128,6 @@ class Conveyor:
                 self._reject(record, decision.reject_reason, text, now_s, stamp_s)
             return self._finish(now_s, stamp_s)
         if record.place is Place.ON_BELT and record.slot is not None:
-            if self._book.falls(record):
-                text = 'fell off the belt on its way to the pick point'
-                self._reject(record, Reason.FAULT, text, now_s, stamp_s)
-                return self._finish(now_s, stamp_s)
             self._chosen = record.box_id
             self._belt.bring(record.slot, now_s)
             return self._finish(now_s, stamp_s, moved=True)
@@ -178,6 +174,7 @@ class Conveyor:
         else:
             picked = place in (Place.PICKED, Place.PLACED)
             self._book.set(replace(moved, laps=self._leave_belt(record, now_s, picked=picked)))
+            self._let_fall(now_s, stamp_s)
         if place is Place.LOST:
             self._book.note(f'{record.box_id} is lost {event.text}'.rstrip())
         return self._finish(now_s, stamp_s)
@@ -194,14 +191,15 @@ class Conveyor:
         ]
         return merged(outcomes)
 
-    def on_empty_grasp(self, box_id: str, text: str, now_s: float, stamp_s: float) -> Outcome:
-        """The arm found no box where this one should have been: look for it, and scan it again."""
+    def on_empty_grasp(
+        self, box_id: str, text: str, ended_s: float, now_s: float, stamp_s: float
+    ) -> Outcome:
+        """The arm found no box here: scan it again, unless it was since ``ended_s``, the stamp."""
         record = self._book.record(box_id)
-        if record is None or record.place is not Place.ON_BELT:
+        if record is None or record.place is not Place.ON_BELT or 1e9 * ended_s <= record.stamp_ns:
             return Outcome()
-        self._advance(now_s)
-        laps = self._leave_belt(record, now_s, picked=False)
-        self._book.scan_again(replace(record, laps=laps), Reason.FAULT, text, stamp_s)
+        record = replace(record, laps=self._leave_belt(record, now_s, picked=False))
+        self._book.scan_again(record, Reason.FAULT, text, stamp_s)
         return self._finish(now_s, stamp_s)
 
     def on_robot_time(self, spent_s: float, now_s: float, stamp_s: float) -> Outcome:
@@ -349,6 +347,13 @@ class Conveyor:
             if item.laps > self._max_laps and record and not self._is_spoken_for(item.box.id):
                 text = f'passed over {item.laps} times, at most {self._max_laps} are allowed'
                 self._reject(record, Reason.MAX_LAPS, text, now_s, stamp_s)
+
+    def _let_fall(self, now_s: float, stamp_s: float) -> None:
+        """Boxes that fall off the belt do so while it moves, not while the arm can take them."""
+        for item in self._belt.view(now_s):
+            record = self._book.record(item.box.id)
+            if record is not None and not item.held and self._book.falls(record):
+                self._reject(record, Reason.FAULT, 'fell off the belt', now_s, stamp_s)
 
     def _is_spoken_for(self, box_id: str) -> bool:
         """Whether the arm has, or is about to get, a goal for this box."""

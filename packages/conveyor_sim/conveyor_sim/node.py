@@ -202,7 +202,8 @@ class ConveyorNode(Node):
     def _on_report(self, msg: PlacementReport) -> None:
         if msg.error_code == ErrorCode.GRASP_FAILED:
             text = f'the arm found no box: {msg.error_msg}'
-            self._tell(self._conveyor.on_empty_grasp(msg.box_id, text, *self._now()))
+            ended_s = time_from_ros(msg.header.stamp)
+            self._tell(self._conveyor.on_empty_grasp(msg.box_id, text, ended_s, *self._now()))
         spent_s = msg.cycle_time + msg.wait_time
         if math.isfinite(spent_s) and spent_s > 0.0:
             self._tell(self._conveyor.on_robot_time(spent_s, *self._now()))

@@ -31,11 +31,15 @@ def next_place(record: BoxRecord, event: BoxEventKind, stamp_ns: int) -> Place |
     A step forward (belt, picked, placed) is taken whatever its stamp says, so that a clock that
     was set back loses nothing. Everything else must be newer than the last change: a step back,
     which only ``RETURNED`` and finding a lost box are, and a step forward of a box that has come
-    back before, since the event may be a late copy from its first journey. Rejected is final.
+    back before, since the event may be a late copy from its first journey. Rejected is final, but
+    for a box that the arm was quicker to take than the reject lane.
     """
     target = _GOES_TO.get(event)
-    if target is None or target is record.place or record.place is Place.REJECTED:
+    if target is None or target is record.place:
         return None
+    if record.place is Place.REJECTED:
+        taken = target in (Place.PICKED, Place.PLACED) and stamp_ns > record.stamp_ns
+        return target if taken else None
     if target is Place.ON_BELT and record.place in (Place.WAITING, Place.UNSEEN):
         return None
     if target is Place.PICKED and record.place is Place.PLACED:

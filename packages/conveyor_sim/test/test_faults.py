@@ -38,6 +38,11 @@ def returned(cell, box_id, reason=Reason.INVALID_DATA):
     return cell.conveyor.on_event(event, *cell.clock())
 
 
+def failed_grasp(cell, box_id, ended=0.0):
+    ended_s = EPOCH + cell.now + ended
+    return cell.conveyor.on_empty_grasp(box_id, 'the arm found no box', ended_s, *cell.clock())
+
+
 def pack(cell, limit=200):
     """Place the nearest box again and again until all are gone; the places in the end."""
     for _ in range(limit):
@@ -233,21 +238,47 @@ def test_a_box_that_the_arm_does_not_find_is_scanned_again_and_rejected_the_seco
     lies = {one.box.id: one.pose.position[0] for one in cell.conveyor.true_boxes(cell.now)}
     assert abs(lies.pop(name)) > 0.3
     assert set(lies.values()) == {0.0}
-    cell.conveyor.on_empty_grasp(name, 'the arm found no box', *cell.clock())
+    assert not failed_grasp(cell, name).events
     assert (record(cell, name).place, record(cell, name).scans) == (Place.ON_BELT, 2)
     lies = {one.box.id: one.pose.position[0] for one in cell.conveyor.true_boxes(cell.now)}
     assert lies[name] == 0.0
-    (event,) = cell.conveyor.on_empty_grasp(name, 'the arm found no box', *cell.clock()).events
+    assert failed_grasp(cell, name, ended=-1.0).events == ()  # of a goal that ended before
+    assert record(cell, name).place is Place.ON_BELT
+    cell.wait(1.0)
+    (event,) = failed_grasp(cell, name).events
     assert (event.reason, event.text) == (Reason.FAULT, 'the arm found no box')
-    assert cell.conveyor.on_empty_grasp('stranger', '', *cell.clock()).events == ()
+    assert failed_grasp(cell, 'stranger').events == ()
 
 
 def test_a_box_that_falls_off_the_belt_is_rejected_with_an_event_and_not_lost():
-    cell = cell_with(Fault.FALLEN, 0)
-    (event,) = cell.decide(cell.stream[0].id).events
-    assert (event.event, event.reason) == (BoxEventKind.REJECTED, Reason.FAULT)
-    assert 'fell off the belt' in event.text
+    cell = cell_with(Fault.FALLEN, 2)
+    outcome = cell.event('b0', BoxEventKind.PICKED)
+    (event,) = outcome.events
+    assert (event.box_id, event.event, event.reason, event.text) == (
+        'b2',
+        BoxEventKind.REJECTED,
+        Reason.FAULT,
+        'fell off the belt',
+    )
+    cell.wait()
+    cell.event('b0', BoxEventKind.PLACED)
     assert pack(cell) == {Place.PLACED: 9, Place.REJECTED: 1}
+
+
+def test_a_box_that_the_arm_can_take_does_not_fall():
+    cell = cell_with(Fault.FALLEN, 0)
+    assert cell.scan().boxes[0].pick_open_s is not None
+    cell.event('b1', BoxEventKind.PICKED)
+    assert record(cell, 'b0').place is Place.ON_BELT
+
+
+def test_what_the_arm_took_just_before_it_was_rejected_is_where_the_arm_put_it():
+    cell = Cell(TEN)
+    cell.decide('b0', reject=True)
+    cell.event('b0', BoxEventKind.PICKED, stamp=cell.now - 1.0)  # of an earlier journey
+    assert record(cell, 'b0').place is Place.REJECTED
+    cell.event('b0', BoxEventKind.PLACED, stamp=cell.now + 0.1)
+    assert record(cell, 'b0').place is Place.PLACED
 
 
 def test_with_everything_going_wrong_every_box_ends_in_one_place():

@@ -55,7 +55,14 @@ def test_a_lost_box_can_be_found_and_a_rejected_one_is_gone():
     assert after([(Kind.LOST, 10), (Kind.RETURNED, 20)]) is Place.ON_BELT
     assert after([(Kind.PICKED, 5), (Kind.LOST, 10), (Kind.PICKED, 5)]) is Place.LOST
     for kind in Kind:
-        assert after([(Kind.REJECTED, 10), (kind, 20)]) is Place.REJECTED
+        assert after([(Kind.REJECTED, 10), (kind, 5)]) is Place.REJECTED
+        if kind not in (Kind.PICKED, Kind.PLACED):
+            assert after([(Kind.REJECTED, 10), (kind, 20)]) is Place.REJECTED
+
+
+def test_the_arm_may_have_been_quicker_than_the_reject_lane():
+    assert after([(Kind.REJECTED, 10), (Kind.PICKED, 20)]) is Place.PICKED
+    assert after([(Kind.REJECTED, 10), (Kind.PLACED, 20)]) is Place.PLACED
 
 
 def test_unknown_moves_nothing():
