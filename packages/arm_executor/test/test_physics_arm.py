@@ -319,13 +319,17 @@ def test_box_that_comes_off_the_pad_is_lost_and_noticed_before_the_release(arm):
     assert run(arm, request_for(arm, box('next'), 'A', (0.5, 0.4, 0.1))).code is ErrorCode.NONE
 
 
-def appearing_wall(arm, height=2.4):
-    """A function that puts a wall into the way of the box, once; a low one meets the box alone."""
+#: Low and high corner of a wall on the way to station A: in that of the box, or of the wrist.
+BEFORE_BOX = ((-0.5, 0.35, 0.6), (-0.4, 1.5, 1.15))
+BEFORE_WRIST = ((-0.6, 0.75, 1.3), (-0.5, 1.5, 2.4))
+
+
+def appearing_wall(arm, low, high):
+    """A function that puts a wall into the way, once."""
     from arm_executor.layout import Block
 
     def appear():
-        pad = arm.world.tool_pose().position
-        wall = (Block('ghost', (pad[0] - 0.5, pad[1] - 0.3, 0.6), (pad[0] - 0.4, 1.5, height)),)
+        wall = (Block('ghost', low, high),)
         if not arm.world._parts.get('ghost'):
             arm.world.add_part('ghost', wall)
 
@@ -336,10 +340,10 @@ def test_obstacle_that_nobody_knows_of_ends_the_motion_and_the_box_comes_back():
     arm = PhysicsArm(limits=MotionLimits(joint_acceleration=1.0, tool_acceleration=0.5))
     try:
         arm.set_bins(empty('A', 'B'), {})
-        told = Told(TRANSFERRING=appearing_wall(arm))
+        told = Told(TRANSFERRING=appearing_wall(arm, *BEFORE_WRIST))
         result = run(arm, request_for(arm, box(), 'A', (0.5, 0.4, 0.1)), told)
-        assert result.code is ErrorCode.PATH_TOLERANCE_VIOLATED
-        assert 'strayed' in result.message
+        assert result.code is ErrorCode.COLLISION
+        assert 'pressed on ghost' in result.message
         assert_arm_stays_still(arm)
         assert arm.holds() == 'box'
         arm.world.remove_part('ghost')
@@ -349,7 +353,7 @@ def test_obstacle_that_nobody_knows_of_ends_the_motion_and_the_box_comes_back():
 
 
 def test_obstacle_met_at_full_speed_knocks_the_box_off_the_pad(arm):
-    told = Told(TRANSFERRING=appearing_wall(arm, height=1.15))
+    told = Told(TRANSFERRING=appearing_wall(arm, *BEFORE_BOX))
     result = run(arm, request_for(arm, box(), 'A', (0.5, 0.4, 0.1)), told)
     assert result.code is ErrorCode.BOX_LOST
     assert 'hold' in result.message

@@ -29,6 +29,9 @@ Array = NDArray[np.float64]
 #: are below half a profile's clearance to a wall (2 mm), and pad and box are checked that much
 #: larger: PyBullet reports two boxes only once they overlap, round shapes already before.
 ARM_MARGIN, PAD_MARGIN, BOX_MARGIN = 0.005, 0.001, 0.001
+#: The same while the box goes across, and how far from its ends that begins, seen from above:
+#: only straight up and down does it pass its neighbours closely.
+WIDE_MARGIN, WIDE_FROM = 0.012, 0.02
 #: The carried box is checked without this much at its bottom and top, so that what it stands on
 #: and the pad are no collisions.
 BOX_SKIN = 0.004
@@ -58,7 +61,7 @@ class PlanningWorld:
                     )
         self._bodies: dict[str, tuple[int, object, tuple[Array, Array]]] = {}
         self._names: dict[int, str] = {self._robot: 'arm'}
-        self._held = -1
+        self._held: dict[str, int] = {}
         self._held_size: Vec3 = (0.0, 0.0, 0.0)
 
     def set_block(self, block: Block) -> None:
@@ -95,20 +98,26 @@ class PlanningWorld:
         length, breadth = (edge + 2 * BOX_MARGIN for edge in size[:2])
         skinned = (length, breadth, max(size[2] - 2 * BOX_SKIN, size[2] / 4))
         # Dynamic on purpose: two fixed bodies are never checked against each other.
-        self._held = bullet.add_box(self._client, skinned, _ASIDE, mass=0.1)
+        x, y, z = (edge + 2 * WIDE_MARGIN for edge in size)
+        for key, body_size in (('close', skinned), ('wide', (x, y, z))):
+            body = bullet.add_box(self._client, body_size, _ASIDE, mass=0.1)
+            self._held[key] = body
+            self._names[body] = name
+            for link in self._tool:
+                pybullet.setCollisionFilterPair(
+                    self._robot, body, link, -1, 0, physicsClientId=self._client
+                )
+        pybullet.setCollisionFilterPair(
+            self._held['close'], self._held['wide'], -1, -1, 0, physicsClientId=self._client
+        )
         self._held_size = size
-        self._names[self._held] = name
-        for link in self._tool:
-            pybullet.setCollisionFilterPair(
-                self._robot, self._held, link, -1, 0, physicsClientId=self._client
-            )
 
     def drop(self) -> None:
         """Take the carried box away."""
-        if self._held >= 0:
-            pybullet.removeBody(self._held, physicsClientId=self._client)
-            del self._names[self._held]
-            self._held = -1
+        for body in self._held.values():
+            pybullet.removeBody(body, physicsClientId=self._client)
+            del self._names[body]
+        self._held.clear()
 
     def first_hit(self, path: JointPath, box_turn: float | None = None) -> str | None:
         """What touches what along ``path``, or ``None`` when nothing does.
@@ -116,34 +125,43 @@ class PlanningWorld:
         ``box_turn`` is the carried box's yaw relative to the pad's; ``None`` when the pad is empty.
         Samples are visited coarse to fine, since most collisions are long.
         """
-        carried = self._held >= 0 and box_turn is not None
-        if self._held >= 0 and not carried:
-            bullet.move_box(self._client, self._held, _ASIDE)
+        carried = bool(self._held) and box_turn is not None
+        for body in self._held.values():
+            bullet.move_box(self._client, body, _ASIDE)
+        away = np.minimum(
+            np.hypot(*(path.tcp - path.tcp[0])[:, :2].T),
+            np.hypot(*(path.tcp - path.tcp[-1])[:, :2].T),
+        )
         for index in _coarse_to_fine(len(path.q)):
+            held = -1
             if carried and box_turn is not None:
+                held = self._held['wide' if away[index] > WIDE_FROM else 'close']
                 x, y, z = (float(value) for value in path.tcp[index])
                 half = 0.5 * (float(path.yaw[index]) + box_turn)
                 pybullet.resetBasePositionAndOrientation(
-                    self._held,
+                    held,
                     (x, y, z - self._held_size[2] / 2),
                     (0.0, 0.0, np.sin(half), np.cos(half)),
                     physicsClientId=self._client,
                 )
-            hit = self._hit_at(path.q[index])
+            hit = self._hit_at(path.q[index], held)
             if hit is not None:
                 return hit
         return None
 
-    def _hit_at(self, q: Array) -> str | None:
+    def _hit_at(self, q: Array, held: int) -> str | None:
         # One call for all joints: each call of the single one updates every link.
         pybullet.resetJointStatesMultiDof(
             self._robot, self._joints, [[value] for value in q], physicsClientId=self._client
         )
         pybullet.performCollisionDetection(physicsClientId=self._client)
+        idle = [body for body in self._held.values() if body != held]
         for contact in pybullet.getContactPoints(bodyA=self._robot, physicsClientId=self._client):
             _, _, other, link, other_link, *_ = contact
             distance = contact[8]
-            if other == self._held:
+            if other in idle:
+                continue
+            if other == held:
                 margin = ARM_MARGIN
             elif other == self._robot:
                 margin = 0.0
@@ -152,11 +170,11 @@ class PlanningWorld:
             if distance < margin:
                 what = self._links[other_link] if other == self._robot else self._names[other]
                 return f'{self._links[link]} and {what}'
-        if self._held >= 0:
-            contacts = pybullet.getContactPoints(bodyA=self._held, physicsClientId=self._client)
+        if held >= 0:
+            contacts = pybullet.getContactPoints(bodyA=held, physicsClientId=self._client)
             for contact in contacts:
-                if contact[2] != self._robot and contact[8] < 0.0:
-                    return f'{self._names[self._held]} and {self._names[contact[2]]}'
+                if contact[2] != self._robot and contact[2] not in idle and contact[8] < 0.0:
+                    return f'{self._names[held]} and {self._names[contact[2]]}'
         return None
 
     def names(self) -> Iterable[str]:

@@ -7,10 +7,9 @@ of the rest are tried as whole paths, and few of those are timed, so that a refu
 
 from __future__ import annotations
 
-import itertools
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -21,6 +20,7 @@ from arm_executor.layout import Layout
 from arm_executor.motion.collision import BOX_SKIN, PlanningWorld
 from arm_executor.motion.path import (
     JointPath,
+    Waypoint,
     joint_path,
     rounded,
     starting_at,
@@ -28,38 +28,38 @@ from arm_executor.motion.path import (
     within_limits,
 )
 from arm_executor.motion.stances import GRIP_S, RELEASE_S, find_stances
+from arm_executor.motion.swing import Obstacles
 from arm_executor.motion.template import (
     Site,
     Stance,
     Style,
     Task,
+    find_way,
     hover_point,
     make_task,
     metres,
     nearest,
-    template,
 )
 from arm_executor.motion.timing import Load, MotionLimits, Timing, Trajectory, joined
 from arm_executor.robot.kinematics import BRANCHES, CellKinematics
 from arm_executor.robot.parameters import ArmModel
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.values import Vec3
 
 Array = NDArray[np.float64]
 
 #: Spacing of path samples, and of the check of the timed trajectory; metres and seconds.
-PATH_STEP, CHECK_PERIOD = 0.015, 0.018
-#: How paths are drawn: the boldest first, the others where it collides.
-_STYLES = (
-    Style(0.30),
-    Style(0.15, slant=False),
-    Style(0.15, lift=0.10, slant=False),
-    Style(0.06, slant=False),
-    Style(0.10, lift=0.30, slant=False),
-)
+PATH_STEP, CHECK_PERIOD = 0.015, 0.015
+#: How a leg is drawn: boldly first, then otherwise where that collides; and what is left when no
+#: stance is free that way.
+_BOLD = (Style(0.30), Style(0.15), Style(0.12, slant=False))
+_LAST = (Style(0.06, lift=0.05, slant=False), Style(0.12, lift=0.30, slant=False))
 _MAX_TRIED, _MAX_TIMED, _BUDGET_S = 10, 4, 0.35
 #: A motion this quick is taken as it comes; a slower one is compared with one more; seconds.
 _QUICK_S = 4.5
+#: The posture to begin with: with the wrist on this side the arm reaches all of a roller cage.
+_HOME = (1, -1, 1)
 #: The box is being lowered once it is this far below the top of its way, metres.
 _LEVEL = 0.01
 
@@ -121,7 +121,7 @@ class MotionPlanner:
     def home(self) -> Array:
         """Configuration (7,) above the pick point, elbow up, for the first motion."""
         solutions = self.kinematics.tool_down([0.0], [hover_point(self._layout)], [0.0])[0]
-        home: Array = solutions[BRANCHES.index((1, 1, 1))]
+        home: Array = solutions[BRANCHES.index(_HOME)]
         if np.isnan(home).any():
             arm, point = self.kinematics.arm.name, hover_point(self._layout)
             msg = f'{arm} cannot reach the waiting point {point} above the belt: change the layout'
@@ -191,28 +191,24 @@ class MotionPlanner:
         load = Load(request.box.weight_kg, task.size, metres(request.box.com_offset_mm))
         best: PlannedMotion | None = None
         hit, timed = '', 0
-        able: list[Stance] = []
-        for stance, style in self._tries(task, stances, able):
+        for stance, styles in self._tries(task, stances):
             late = time.thread_time() - begun > _BUDGET_S
             if late or timed >= _MAX_TIMED or (best and best.duration < stance.estimate):
                 break
-            paths = self._paths(task, stance, style, start)
+            paths = self._paths(task, stance, styles, start)
             if isinstance(paths, str):
                 hit = hit or paths
                 continue
-            found = self._collision(task, paths)
-            if found is None:
-                timed += 1
-                motion = self._timed(task, paths, load)
-                if isinstance(motion, str):
-                    found = motion
-                elif best is not None:
-                    return min(best, motion, key=lambda one: one.duration)
-                elif motion.duration < _QUICK_S:
-                    return motion
-                else:
-                    best = motion
-            hit = hit or found or ''
+            timed += 1
+            motion = self._timed(task, paths, load)
+            if isinstance(motion, str):
+                hit = hit or motion
+            elif best is not None:
+                return min(best, motion, key=lambda one: one.duration)
+            elif motion.duration < _QUICK_S:
+                return motion
+            else:
+                best = motion
         if best is None:
             hit = hit or self._why_unable(task, stances)
             seconds = time.thread_time() - begun
@@ -221,21 +217,20 @@ class MotionPlanner:
         return best
 
     def _tries(
-        self, task: Task, stances: list[Stance], able: list[Stance]
-    ) -> Iterator[tuple[Stance, Style]]:
-        """Stances whose pick and place are free, the quickest first, then variations of them."""
+        self, task: Task, stances: list[Stance]
+    ) -> Iterator[tuple[Stance, tuple[Style, ...]]]:
+        """Stances whose pick and place are free, the quickest first, and the styles to try."""
+        able: list[Stance] = []
         for stance in stances:
             if len(able) >= _MAX_TRIED:
                 break
             if self._ends_hit(task, stance) is None:
                 able.append(stance)
-                yield stance, _STYLES[0]
+                yield stance, _BOLD
         behind = task.pick[1] * task.place[1] < 0
-        around = (0.0, 2 * math.pi, -2 * math.pi) if behind else (0.0,)
-        for turn, style in itertools.product(around, _STYLES):
+        for around in (0.0, 2 * math.pi, -2 * math.pi) if behind else (0.0,):
             for stance in able[:3]:
-                if (turn, style) != (0.0, _STYLES[0]):
-                    yield stance, replace(style, around=turn)
+                yield replace(stance, around=around), (*(_BOLD if around else ()), *_LAST)
 
     def _ends_hit(self, task: Task, stance: Stance) -> str | None:
         """What touches at pick or place, the box in the gripper."""
@@ -254,29 +249,60 @@ class MotionPlanner:
         hits = (self._ends_hit(task, stance) for stance in stances)
         return next((hit for hit in hits if hit is not None), 'a joint limit')
 
-    def _paths(self, task: Task, stance: Stance, style: Style, start: _Start) -> _Paths | str:
-        """Joint paths of a stance, or what a joint cannot do."""
-        shoulder = BRANCHES[stance.branch][0]
+    def _paths(
+        self, task: Task, stance: Stance, styles: Sequence[Style], start: _Start
+    ) -> _Paths | str:
+        """Free joint paths of a stance, or what is in the way of it."""
         at, tool, yaw, switch = start.q, start.tool[:3, 3], start.yaw, None
+        turned = task.pick_yaw + task.turn
+        waiting = ('the box at the pick point', task.pick, task.pick_yaw)
         if stance.branch != start.branch:
             switch = self._switch(task, stance, start)
             if switch is None:
                 return 'a joint limit'
+            hit = self._bare_hit(task, switch, *waiting)
+            if hit is not None:
+                return hit
             at, tool, yaw = switch.q[-1], switch.tcp[-1], float(switch.yaw[-1])
         begin = waypoint(float(at[0]), tool, yaw, math.pi / 2)
-        d4 = shoulder * self.kinematics.arm.d4
+        d4 = BRANCHES[stance.branch][0] * self.kinematics.arm.d4
+        way = find_way(task, stance, begin, float(at[6]), d4)
+        placed = ('the box in place', task.place, turned)
+        found: list[JointPath] = []
+        for leg, check in (
+            (way.approach, lambda path: self._bare_hit(task, path, *waiting)),
+            (way.carry, lambda path: self._carry_hit(task, path)),
+            (way.retreat, lambda path: self._bare_hit(task, path, *placed)),
+        ):
+            path = self._first_free(task, stance, styles, at, leg, check)
+            if isinstance(path, str):
+                return path
+            found.append(path)
+            at = path.q[-1]
+        return _Paths(switch, *found)
+
+    def _first_free(
+        self,
+        task: Task,
+        stance: Stance,
+        styles: Sequence[Style],
+        at: Array,
+        leg: Callable[[Style, Obstacles], list[Waypoint]],
+        check: Callable[[JointPath], str | None],
+    ) -> JointPath | str:
+        """The boldest free path of one leg from ``at`` (7,), or what is in its way."""
         walls = () if task.front is None else task.front.walls
         obstacles = self._world.obstacles(without=walls)
-        legs = template(task, stance, style, begin, float(at[6]), d4, obstacles)
-        paths: list[JointPath] = []
-        for leg in (legs.approach, legs.carry, legs.retreat):
-            path = joint_path(self.kinematics, rounded(leg, style.corner, PATH_STEP), stance.branch)
+        first = ''
+        for style in styles:
+            samples = rounded(leg(style, obstacles), style.corner, PATH_STEP)
+            path = joint_path(self.kinematics, samples, stance.branch)
             follows = None if path is None else starting_at(path, at)
-            if follows is None:
-                return 'a joint limit'
-            paths.append(follows)
-            at = follows.q[-1]
-        return _Paths(switch, *paths)
+            hit = 'a joint limit' if follows is None else check(follows)
+            if follows is not None and hit is None:
+                return follows
+            first = first or hit or ''
+        return first
 
     def _switch(self, task: Task, stance: Stance, start: _Start) -> JointPath | None:
         """Joint by joint from the start to the stance's posture above the pick point."""
@@ -297,26 +323,20 @@ class MotionPlanner:
         tool = self.kinematics.tool(q)
         return JointPath(q, tool[:, :3, 3], np.arctan2(tool[:, 1, 0], tool[:, 0, 0]))
 
-    def _collision(self, task: Task, paths: _Paths) -> str | None:
-        """What the paths touch first: the carry with the box, the others past it."""
-        world, carry = self._world, paths.carry
-        hit = world.first_hit(carry, task.pick_yaw - float(carry.yaw[0]))
-        if hit is not None:
-            return hit
-        turned = task.pick_yaw + task.turn
-        before = [one for one in (paths.switch, paths.approach) if one is not None]
-        for group, name, top, yaw in (
-            (before, 'the box at the pick point', task.pick, task.pick_yaw),
-            ([paths.retreat], 'the box in place', task.place, turned),
-        ):
-            centre = (top[0], top[1], top[2] - task.size[2] / 2 - BOX_SKIN)
-            turn = (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
-            world.set_box(name, task.size, Pose(centre, turn))
-            hits = [hit for hit in map(world.first_hit, group) if hit is not None]
-            world.remove(name)
-            if hits:
-                return hits[0]
-        return None
+    def _carry_hit(self, task: Task, path: JointPath) -> str | None:
+        """What the box in the gripper or the arm touches first on its way."""
+        return self._world.first_hit(path, task.pick_yaw - float(path.yaw[0]))
+
+    def _bare_hit(
+        self, task: Task, path: JointPath, name: str, top: Vec3, yaw: float
+    ) -> str | None:
+        """What the arm without the box touches first; the box stands with its top at ``top``."""
+        centre = (top[0], top[1], top[2] - task.size[2] / 2 - BOX_SKIN)
+        turn = (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+        self._world.set_box(name, task.size, Pose(centre, turn))
+        hit = self._world.first_hit(path)
+        self._world.remove(name)
+        return hit
 
     def _timed(self, task: Task, paths: _Paths, load: Load) -> PlannedMotion | str:
         """The motion along ``paths``, its samples checked again; else what is wrong with it."""
@@ -335,8 +355,13 @@ class MotionPlanner:
             pieces.append(timed)
         carry, retreat = pieces[-2:]
         approach = joined(pieces[:-2])
-        sampled = [self._seen(self._every(one)) for one in (approach, carry, retreat)]
-        hit = self._collision(task, _Paths(None, *sampled))
+        before, on_way, after = (self._seen(self._every(one)) for one in (approach, carry, retreat))
+        turned = task.pick_yaw + task.turn
+        hit = (
+            self._carry_hit(task, on_way)
+            or self._bare_hit(task, before, 'the box at the pick point', task.pick, task.pick_yaw)
+            or self._bare_hit(task, after, 'the box in place', task.place, turned)
+        )
         if hit is not None:
             return hit
         height = self.kinematics.tool(carry.q)[:, 2, 3]

@@ -24,6 +24,8 @@ _RAIL_OFFSETS = (0.0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1.0, -1.0, 1.25, -1.2
 _ELBOW_UP = tuple(i for i, (shoulder, _, elbow) in enumerate(BRANCHES) if shoulder == elbow)
 #: A path overlaps its legs: it takes about this share of their sum.
 _OVERLAP = 0.75
+#: Seconds by which another posture must be quicker, since it mostly pays for one box only.
+_SWITCH_S = 0.5
 
 
 def find_stances(
@@ -70,7 +72,7 @@ def find_stances(
     )
     # Another posture is taken above the pick point, in a motion of its own.
     estimate += np.where(
-        np.arange(8) == branch, 0.0, (1 - _OVERLAP) * least_seconds(timing, start, hover)
+        np.arange(8) == branch, 0.0, _SWITCH_S + least_seconds(timing, start, hover)
     )
     found = [
         Stance(float(estimate[row, posture]), posture, pick_rail, place_rail)

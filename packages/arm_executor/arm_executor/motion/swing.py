@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 
 #: Air under the box, and under the empty pad, above what they swing over; and beside them.
 CLEAR, BESIDE = 0.05, 0.02
+#: A corner rounded within 1 m is straight to 3 mm beyond this distance, see `path.rounded`.
+_ROUND = 0.55
 #: The air grows from this much next to a place around which nothing stands higher.
 _LIFT = 0.02
 
@@ -70,7 +72,7 @@ def taut(
     begin, end = ends
     near = np.minimum(way, way[-1] - way)
     tops = obstacles.tops(pads, half, np.full(len(pads), BESIDE))
-    room = max(CLEAR, corner / 3)
+    room = max(CLEAR, _ROUND * corner)
     exits = []
     for index, height in ((0, begin), (-1, end)):
         beside = tops[index] > height - what.height + 0.005

@@ -32,8 +32,8 @@ _LOWEST, _HIGHEST = 0.010, 0.003
 _BEFORE_FRONT = 0.03
 #: Samples of a way across, and their spacing where the way has corners.
 _ACROSS, _SPACING = 48, 0.03
-#: Half an edge of the pad at any turn, with some air.
-_PAD_HALF = 0.065
+#: The empty pad at any turn, with some air.
+_PAD = Carried((0.065, 0.065), 0.0)
 
 
 @dataclass(frozen=True)
@@ -100,24 +100,26 @@ class Style:
     """How boldly a path is drawn.
 
     ``corner`` is the distance within which corners are rounded, ``lift`` raises the way across,
-    ``slant`` lets a box go through an open front at an angle, ``around`` is 0 or a whole turn, to
-    swing the other way round.
+    ``slant`` lets a box go through an open front at an angle.
     """
 
     corner: float
     lift: float = 0.0
     slant: bool = True
-    around: float = 0.0
 
 
 @dataclass(frozen=True)
 class Stance:
-    """How the arm stands: posture (branch), and places on the rail."""
+    """How the arm stands: posture (branch), and places on the rail.
+
+    ``around`` is 0, or a whole turn to swing the other way round.
+    """
 
     estimate: float
     branch: int
     pick_rail: float
     place_rail: float
+    around: float = 0.0
 
 
 def hover_point(layout: Layout, belt_tops: Sequence[float] = ()) -> Vec3:
@@ -198,28 +200,47 @@ def _height_under(
 
 
 @dataclass(frozen=True)
-class Legs:
-    """Waypoints of approach, carry and retreat."""
+class Way:
+    """The way of the pad for one stance: four points, and the legs between them."""
 
-    approach: list[Waypoint]
-    carry: list[Waypoint]
-    retreat: list[Waypoint]
+    task: Task
+    begin: Waypoint
+    grip: Waypoint
+    place: Waypoint
+    hover: Waypoint
+
+    def approach(self, style: Style, obstacles: Obstacles) -> list[Waypoint]:
+        """From the beginning to the box at the pick point, which stands there as well."""
+        around = _with_box(obstacles, self.task.pick, self.task.size)
+        return _leg(_straight(self.begin, self.grip), self.begin, self.grip, _PAD, style, around)
+
+    def carry(self, style: Style, obstacles: Obstacles) -> list[Waypoint]:
+        """With the box to its place."""
+        (length, breadth, height), task = self.task.size, self.task
+        box = Carried((length / 2, breadth / 2), height, task.pick_yaw - self.grip[4])
+        if task.front is None:
+            across = _straight(self.grip, self.place)
+        else:
+            across = _through(task.front, self.grip, self.place, box, style)
+        return _leg(across, self.grip, self.place, box, style, obstacles)
+
+    def retreat(self, style: Style, obstacles: Obstacles) -> list[Waypoint]:
+        """From the box in its place to where the pad waits."""
+        around = _with_box(obstacles, self.task.place, self.task.size)
+        if self.task.front is None:
+            across = _straight(self.place, self.hover)
+        else:
+            across = _through(self.task.front, self.hover, self.place, _PAD, style)[::-1]
+        return _leg(across, self.place, self.hover, _PAD, style, around)
 
 
-def template(
-    task: Task,
-    stance: Stance,
-    style: Style,
-    begin: Waypoint,
-    last_joint: float,
-    shoulder: float,
-    obstacles: Obstacles,
-) -> Legs:
-    """Waypoints from ``begin`` for one stance.
+def find_way(
+    task: Task, stance: Stance, begin: Waypoint, last_joint: float, shoulder: float
+) -> Way:
+    """The way from ``begin`` for one stance.
 
     ``last_joint`` is the angle of the last joint at ``begin``; ``shoulder`` is d4 of the arm with
-    the sign of the posture, and says how far the first joint is ahead of theta. ``obstacles`` are
-    all but the box itself.
+    the sign of the posture, and says how far the first joint is ahead of theta.
     """
 
     def first_joint(point: Waypoint) -> float:
@@ -228,7 +249,7 @@ def template(
     grip_yaw = nearest(task.pick_yaw, begin[4], math.pi / 2)
     grip = waypoint(stance.pick_rail, task.pick, grip_yaw, begin[1])
     place = waypoint(stance.place_rail, task.place, 0.0, grip[1])
-    place = _with_theta(place, place[1] + style.around)
+    place = _with_theta(place, place[1] + stance.around)
     # The last joint turns by what the first turns less what the box turns: keep that small.
     period = math.pi if task.symmetric else 2 * math.pi
     still = grip_yaw + first_joint(place) - first_joint(grip)
@@ -237,26 +258,14 @@ def template(
     # Back above the pick point with the last joint near its middle.
     middle = begin[4] + last_joint + first_joint(hover) - first_joint(begin)
     hover = _with_yaw(hover, nearest(task.pick_yaw, middle, math.pi / 2))
+    return Way(task, begin, grip, place, hover)
 
-    length, breadth, height = task.size
-    box = Carried((length / 2, breadth / 2), height, task.pick_yaw - grip_yaw)
-    pad = Carried((_PAD_HALF, _PAD_HALF), 0.0)
 
-    def leg(start: Waypoint, end: Waypoint, what: Carried, own: Vec3 | None) -> list[Waypoint]:
-        if task.front is None or own == task.pick:
-            across = _straight(start, end)
-        elif end is hover:
-            across = _through(task.front, hover, start, what, style)[::-1]
-        else:
-            across = _through(task.front, start, end, what, style)
-        around = obstacles if own is None else _with_box(obstacles, own, task.size)
-        line = taut(across, (start[3], end[3]), what, around, style.corner)
-        return [line[0], *(_raised(one, style.lift) for one in line[1:-1]), line[-1]]
-
-    return Legs(
-        leg(begin, grip, pad, task.pick), leg(grip, place, box, None),
-        leg(place, hover, pad, task.place),
-    )  # fmt: skip
+def _leg(
+    across: Array, start: Waypoint, end: Waypoint, what: Carried, style: Style, over: Obstacles
+) -> list[Waypoint]:
+    line = taut(across, (start[3], end[3]), what, over, style.corner)
+    return [line[0], *(_raised(one, style.lift) for one in line[1:-1]), line[-1]]
 
 
 def _straight(start: Waypoint, end: Waypoint) -> Array:
