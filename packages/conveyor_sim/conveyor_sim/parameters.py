@@ -98,9 +98,9 @@ class ConveyorParameters:
         read_only=True,
     )
     pick_window: float = parameter(
-        4.0,
-        'Robot time for which the blade of a continuous belt holds a box; the arm starts in the '
-        'first half of it.',
+        12.0,
+        'Robot time for which the blade of a continuous belt holds a box; the arm goes for it in '
+        'the first half, which should be longer than the arm needs for a box.',
         unit='s',
         low=0.5,
         high=600.0,
