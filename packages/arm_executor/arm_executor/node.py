@@ -68,8 +68,9 @@ from pack_msgs_py.values import parse_bin
 DIAGNOSTICS_PERIOD_S = 1.0
 #: The process must be gone 3 s after a signal; a motion that does not stop is left behind.
 STOP_TIMEOUT_S = 2.0
-#: How long the action server keeps results for a client that asks late.
-RESULT_TIMEOUT_S = 60
+#: How long the action server keeps results for a client that asks late. All of them are told on
+#: each change of one, which costs a busy client a lot.
+RESULT_TIMEOUT_S = 5
 
 ArmFactory = Callable[[Parameters, Layout], Arm]
 

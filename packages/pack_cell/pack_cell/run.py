@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from conveyor_sim.streams import BOXES_FILE, Stream, write_boxes
 from pack_cell.accounts import read_ledger
@@ -26,12 +26,17 @@ from pack_cell.record import RunRecord
 from pack_cell.summary import placement_rows, summarize, write_run
 from pack_cell.supervisor import Supervisor
 
+if TYPE_CHECKING:
+    from pack_cell.nodes.recorder import Ears
+
 EXIT_OK = 0
 EXIT_PROBLEM = 1
 EXIT_USAGE = 2
 EXIT_NODE_DIED = 3
 EXIT_STALLED = 4
 
+#: How long to listen for what the nodes said before they ended.
+LAST_WORDS_S = 0.5
 #: How often the memory of the nodes is measured.
 MEMORY_PERIOD_S = 1.0
 #: The report of a box follows its event within milliseconds, unless the executor died between.
@@ -105,6 +110,7 @@ def run(options: RunOptions, command: Sequence[str]) -> int:
             ending = watch.until_done(display)
         finally:
             supervisor.stop()
+            watch.close()
             lock.release()
     problems = [*watch.problems, *([ending.reason] if ending.reason and ending.code else [])]
     summary = summarize(
@@ -162,6 +168,7 @@ class Watch:
 
     def __post_init__(self) -> None:
         self.problems: list[str] = []
+        self._ears: Ears | None = None
         self.memory = MemoryWatch()
         self._measured_s = -math.inf
         self._last_change = time.monotonic()
@@ -177,14 +184,18 @@ class Watch:
                 self.first_decision_s = self._last_change - self.began
             display.on_change(kind, value)
 
-        ears = Ears(self.record, on_change)
-        try:
-            while True:
-                ears.listen(0.1)
-                ending = self._ending(display)
-                if ending is not None:
-                    return ending
-        finally:
+        self._ears = ears = Ears(self.record, on_change)
+        while True:
+            ears.listen(0.1)
+            ending = self._ending(display)
+            if ending is not None:
+                return ending
+
+    def close(self) -> None:
+        """Hear the last words of the nodes, which have ended, and stop listening."""
+        ears, self._ears = self._ears, None
+        if ears is not None:
+            ears.drain(LAST_WORDS_S)
             self.problems += ears.close()
 
     def _ending(self, display: RunDisplay) -> Ending | None:

@@ -6,6 +6,7 @@ Subscribes
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -111,6 +112,12 @@ class Ears:
     def listen(self, seconds: float) -> None:
         """Handle one message, or return after ``seconds``."""
         self._executor.spin_once(timeout_sec=seconds)
+
+    def drain(self, seconds: float) -> None:
+        """Handle what has come, for at most ``seconds``."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self._executor.spin_once(timeout_sec=0.02)
 
     def close(self) -> list[str]:
         """Stop listening; return what was wrong with messages that could not be used."""
