@@ -14,6 +14,15 @@ LINK_FORCE_N = 5.0
 BOX_FORCE_N = 150.0
 
 
+def touched_by(world: PhysicsWorld, box_id: str) -> str:
+    """Names of what a box touches, the arm excepted; for people."""
+    contacts = pybullet.getContactPoints(
+        bodyA=world.boxes[box_id].number, physicsClientId=world.client
+    )
+    others = {contact[2] for contact in contacts} - {world.robot}
+    return ', '.join(sorted(world.name_of(one) for one in others)) or 'nothing'
+
+
 def collision(world: PhysicsWorld, box_id: str, weight_n: float, *, held: bool) -> str | None:
     """What touches what with which force, ``None`` when nothing does that should not.
 

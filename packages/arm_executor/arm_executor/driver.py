@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from arm_executor.contacts import collision
+from arm_executor.contacts import collision, touched_by
 from arm_executor.gripper import SLIP_DISTANCE, SuctionGripper
 from arm_executor.motion.timing import Trajectory
 from arm_executor.robot.tree import CELL_JOINT_NAMES
@@ -26,12 +26,14 @@ Array = NDArray[np.float64]
 
 #: Limits of the tracking error: metres of the rail, radians of the joints.
 _TRACKING = np.array([0.03, 0.05, 0.05, 0.05, 0.08, 0.08, 0.08])
+#: Slower joints are at rest, m/s and rad/s.
+_AT_REST = 0.05
 #: A stop brings the arm to rest along its path within this time.
 _STOP_S = 0.30
 #: The arm gets this long to come to rest at the end of a trajectory, and after a stop.
 _REST_S, _REST_AFTER_STOP_S = 0.02, 0.15
-#: Steps of physics between two looks at joints and grasp.
-_LOOK_EVERY = 6
+#: Steps of physics between two looks at joints and grasp, and at what is touched.
+_LOOK_EVERY, _FEEL_EVERY = 6, 1
 
 
 class ArmDriver:
@@ -48,6 +50,29 @@ class ArmDriver:
         self.positions: tuple[float, ...] = tuple(start.tolist())
         self.tracking_error = 0.0
         world.put_arm(start)
+
+    def astray(self, start: Array) -> str:
+        """Why a motion from ``start`` (7,), at rest, cannot begin; empty when it can.
+
+        When the joints are elsewhere, that is where the next motion has to be planned from.
+        """
+        position, speed = self._world.joint_state()
+        error = np.abs(position - start)
+        worst = int((error / _TRACKING).argmax())
+        unit = 'm' if worst == 0 else 'rad'
+        if error[worst] > _TRACKING[worst] / 2:
+            self.commanded = position
+            return (
+                f'{CELL_JOINT_NAMES[worst]} is {error[worst]:.3f} {unit} away from where the '
+                f'motion starts, {_TRACKING[worst] / 2:g} {unit} are allowed; plan it again'
+            )
+        fastest = int(np.abs(speed).argmax())
+        if abs(speed[fastest]) > _AT_REST:
+            return (
+                f'{CELL_JOINT_NAMES[fastest]} still moves at {speed[fastest]:.3f} per second, '
+                f'{_AT_REST:g} are allowed; wait until the arm is at rest'
+            )
+        return ''
 
     def follow(
         self, timed: Trajectory, run: Run | None = None, phases: Sequence[tuple[float, Phase]] = ()
@@ -75,8 +100,8 @@ class ArmDriver:
                 run.tick()
             if index % _LOOK_EVERY == 0:
                 self._look(timed, index)
-                if run is not None:
-                    self._feel(run.plan.request.box)
+            if run is not None and index % _FEEL_EVERY == 0:
+                self._feel(run.plan.request.box)
         self.hold(_REST_S)
 
     def rest(self, run: Run, seconds: float) -> None:
@@ -125,7 +150,12 @@ class ArmDriver:
         slipped = self._gripper.slipped()
         if slipped > SLIP_DISTANCE:
             why = self._gripper.lost_because or 'no force on the pad was too much'
-            msg = f'box {self._gripper.box_id} came off the pad, {1000 * slipped:.0f} mm: {why}'
+            box_id = self._gripper.box_id or ''
+            where = touched_by(self._world, box_id)
+            msg = (
+                f'box {box_id} came off the pad, {1000 * slipped:.0f} mm: {why}; '
+                f'it now touches {where}'
+            )
             raise Interrupted(ErrorCode.BOX_LOST, msg)
 
     def _slow_down(self, timed: Trajectory, index: int) -> None:

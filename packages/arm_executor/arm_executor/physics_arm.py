@@ -175,6 +175,9 @@ class PhysicsArm:
         if np.abs(motion.approach.q[0] - self._driver.commanded).max() > 1e-6:
             msg = 'the arm has moved since this was planned; plan it again'
             return MotionResult(ErrorCode.START_STATE_INVALID, msg)
+        astray = self._driver.astray(motion.approach.q[0])
+        if astray:
+            return MotionResult(ErrorCode.START_STATE_INVALID, astray)
         run = Run(plan, hooks, stop)
         before = {box_id: self.world.pose(box_id) for box_id in stand.box_ids}
         try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 
@@ -24,7 +25,7 @@ TIMEOUT_S = 10.0
 class Bench:
     """A core, and everything it says."""
 
-    def __init__(self, *, faults=None, arm=None, folder='', start=True, **settings):
+    def __init__(self, *, faults=None, arm=None, folder='', start=True, profile=CELL, **settings):
         self._news = threading.Condition()
         self.said = []
         self.arm = arm or TimedArm(speed=0.0, faults=faults)
@@ -32,7 +33,7 @@ class Bench:
         self.book = BinBook(self.journal, LDC, 2, time.time)
         self.core = ExecutorCore(
             self.book,
-            Settings(CELL, Tolerance(0.005, 0.035), **settings),
+            Settings(profile, Tolerance(0.005, math.radians(1.0)), **settings),
             lambda: self.arm,
             self._hear,
         )

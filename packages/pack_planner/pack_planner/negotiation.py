@@ -25,6 +25,7 @@ TRANSIENT = frozenset(
         ErrorCode.NOT_ACTIVE,
         ErrorCode.BOX_NOT_ON_BELT,
         ErrorCode.STALE_GOAL,
+        ErrorCode.START_STATE_INVALID,
         ErrorCode.BOX_NOT_PRESENTED,
         ErrorCode.CANCELED,
         ErrorCode.PROTECTIVE_STOP,
