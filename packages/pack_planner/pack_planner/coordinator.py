@@ -26,7 +26,6 @@ from pack_planner.decide import (
 from pack_planner.inputs import Heartbeat, Inputs, same_content
 from pack_planner.negotiation import (
     HIDDEN_TIMEOUT_S,
-    MARGIN_S,
     TRANSIENT,
     Answer,
     Asking,
@@ -38,7 +37,7 @@ from pack_planner.outputs import Ahead, Asked, Outputs, Plan
 from pack_planner.patience import Patience
 from pack_planner.policy import Situation
 from pack_planner.refusals import Refusals
-from pack_planner.running import Goal
+from pack_planner.running import Failures, Goal
 
 BINS_TIMEOUT_S = 5.0
 SWAP_TIMEOUT_S = 5.0
@@ -64,6 +63,7 @@ class Coordinator:
         self._clock = clock
         self._in = Inputs()
         self._refusals = Refusals()
+        self._failures = Failures()
         self._alive = self._was_lost = False
         self._heard_s = -math.inf
         self._numbers = 0
@@ -113,8 +113,7 @@ class Coordinator:
         self._alive, self._was_lost = False, True
         held = f'; goal for box {self._goal.decision.box.id!r} forgotten' if self._goal else ''
         self._out.warn(f'the arm is silent{held}; waiting for it to come back')
-        self._goal = self._ahead = self._swap = self._new_bins = None
-        self._plan = self._asked = None
+        self._goal = self._ahead = self._swap = self._new_bins = self._plan = self._asked = None
         self._in.bins = self._in.heartbeat = None
 
     def on_event(self, event: BoxEvent) -> None:
@@ -184,8 +183,7 @@ class Coordinator:
     def _ask(self, plan: Plan, planned: Planned) -> None:
         """Ask the arm which of the candidates it can do."""
         hidden = plan.ahead and self._goal is not None
-        spent_s = 0.0 if hidden else plan.talk.spent_s
-        limit_s = self.asking.deadline_s - MARGIN_S - spent_s
+        limit_s = plan.talk.limit_s(self.asking.deadline_s, hidden=hidden)
         self._plan = plan
         self._asked = Asked(plan, planned, limit_s, self._clock())
         self._out.check(plan.number, planned.candidates(), limit_s)
@@ -198,10 +196,10 @@ class Coordinator:
         self._asked = None
         candidates, plan = asked.planned.candidates(), asked.plan
         chosen: Decision | None = candidates[0]
+        seconds = self._clock() - asked.asked_s
+        plan = replace(plan, talk=plan.talk.heard(answers or (), seconds, asked.limit_s))
         if answers is not None:
             deadline_s = self.asking.deadline_s
-            seconds = self._clock() - asked.asked_s
-            plan = replace(plan, talk=plan.talk.heard(answers, seconds, asked.limit_s))
             learn(self._refusals, plan.bins, candidates, answers, deadline_s)
             chosen = choose(candidates, answers, asked.limit_s, deadline_s)
         if chosen is not None:
@@ -297,6 +295,7 @@ class Coordinator:
 
     def _start_plan(self, bins: tuple[Bin, ...], *, ahead: bool, talk: Talk | None = None) -> None:
         """Have a decision computed; ``talk`` is what was said when the arm refused the last one."""
+        self._reject_failed(bins)
         boxes = self._in.available()[: self.look_ahead]
         self._numbers += 1
         self._plan = Plan(
@@ -311,6 +310,14 @@ class Coordinator:
         # Mostly the arm can do the first choice; only then more are worth their computing.
         count = self.asking.candidates if talk is not None else 1
         self._out.plan(self._numbers, Situation(boxes, bins, forbidden, laps), count)
+
+    def _reject_failed(self, bins: tuple[Bin, ...]) -> None:
+        for box in self._in.available():
+            decision = self._failures.reject(box)
+            if decision is not None:
+                talk = Talk(self._in.newest_stamp_s())
+                plan = Plan(0, bins, (), self._scan().sequence, ahead=False, talk=talk)
+                self._reject(Reject(decision), plan)
 
     def _still_holds(self, outcome: Outcome, bins: tuple[Bin, ...]) -> bool:
         """Whether ``outcome`` is still right for the bins and the belt as they are now."""
@@ -371,6 +378,7 @@ class Coordinator:
         self._stale_inputs = known
         where = f'box {decision.box.id!r} into bin {decision.bin_id!r} at {decision.corner_mm} mm'
         self._out.warn(f'{code.name} ({code.value}), {where}: {message}')
+        self._failures.add(decision.box.id, code, message)
         if code is ErrorCode.DUPLICATE_BOX:
             self._in.rejected.add(decision.box.id)
             return

@@ -80,6 +80,10 @@ class Talk:
         """What the decision has cost so far."""
         return self.planning_s + self.check_s
 
+    def limit_s(self, deadline_s: float, *, hidden: bool) -> float:
+        """Motion that still fits before the deadline; what a motion hides costs nothing."""
+        return deadline_s - MARGIN_S - (0.0 if hidden else self.spent_s)
+
     def thought(self, planned: Planned) -> Talk:
         """After one more round of planning."""
         candidates = planned.candidates()

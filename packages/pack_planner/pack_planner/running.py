@@ -1,12 +1,12 @@
-"""The goal that the executor is working on, as far as the planner has heard."""
+"""The goal that the executor is working on, as far as the planner has heard, and past ones."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from pack_msgs_py.cell_values import Decision, Report
-from pack_msgs_py.codes import ErrorCode, Mode
-from pack_msgs_py.values import Bin
+from pack_msgs_py.codes import ErrorCode, Mode, PlacementStatus, Reason
+from pack_msgs_py.values import Bin, Box
 from pack_planner.inputs import Heartbeat
 
 ACCEPT_TIMEOUT_S = 2.0
@@ -16,6 +16,43 @@ RESULT_TIMEOUT_S = 1.0
 FORGOTTEN_S = 3.0
 
 _NO_GOAL_ID = bytes(16)
+
+
+#: After so many motions with it that failed, a box goes to the reject lane.
+MOTIONS_TRIED = 3
+_FAILED_MOTION = frozenset(
+    {
+        ErrorCode.GRASP_FAILED,
+        ErrorCode.PATH_TOLERANCE_VIOLATED,
+        ErrorCode.COLLISION,
+        ErrorCode.MOTION_OVERDUE,
+    }
+)
+
+
+class Failures:
+    """Motions that failed, by box: what fails time and again blocks the belt."""
+
+    def __init__(self) -> None:
+        self._counts: dict[str, int] = {}
+        self._rejects: dict[str, tuple[Reason, str]] = {}
+
+    def add(self, box_id: str, code: ErrorCode, message: str) -> None:
+        """A goal for this box ended with ``code``."""
+        if code is ErrorCode.BOX_MISMATCH:
+            self._rejects[box_id] = (Reason.INVALID_DATA, message)
+        elif code in _FAILED_MOTION:
+            count = self._counts[box_id] = self._counts.get(box_id, 0) + 1
+            if count >= MOTIONS_TRIED:
+                text = f'{count} motions with box {box_id!r} failed, at last: {message}'
+                self._rejects[box_id] = (Reason.FAULT, text)
+
+    def reject(self, box: Box) -> Decision | None:
+        """The decision to reject ``box``, when that is all that is left."""
+        if box.id not in self._rejects:
+            return None
+        reason, text = self._rejects[box.id]
+        return Decision(box, status=PlacementStatus.REJECT, reject_reason=reason, reason=text)
 
 
 @dataclass

@@ -14,7 +14,12 @@ from pack_msgs_py.values import Bin
 from pack_planner.coordinator import BINS_TIMEOUT_S, SILENCE_S
 from pack_planner.decide import Close, Reject, Wait
 from pack_planner.refusals import TRIES_PER_BOX
-from pack_planner.running import ACCEPT_TIMEOUT_S, FORGOTTEN_S, REPORT_TIMEOUT_S
+from pack_planner.running import (
+    ACCEPT_TIMEOUT_S,
+    FORGOTTEN_S,
+    MOTIONS_TRIED,
+    REPORT_TIMEOUT_S,
+)
 
 
 @pytest.fixture
@@ -47,6 +52,30 @@ def test_a_placement_whose_motion_failed_is_not_offered_again(rig, code, avoided
     rig.event('a', BoxEventKind.RETURNED)
     rig.scan(['a', 'b'])
     assert bool(rig.situations[2].forbidden.refused(box('a'), EMPTY)) is avoided
+
+
+def fail(rig, code):
+    rig.coordinator.on_answer(rig.goal_id, accepted=True)
+    rig.event('a', BoxEventKind.PICKED)
+    rig.finish(code)
+    rig.event('a', BoxEventKind.RETURNED)
+    rig.scan(['a', 'b'])
+
+
+def test_a_box_whose_motions_fail_time_and_again_is_rejected(rig):
+    rig.start('a')
+    fail(rig, ErrorCode.COLLISION)
+    for _ in range(MOTIONS_TRIED - 1):
+        rig.planned('a')
+        fail(rig, ErrorCode.GRASP_FAILED)
+    assert rig.take()[-2] == ('announce', 'a')
+    assert [one.id for one in rig.situations[max(rig.situations)].boxes] == ['b']
+
+
+def test_a_box_that_is_not_what_was_scanned_is_rejected_at_once(rig):
+    rig.start('a')
+    fail(rig, ErrorCode.BOX_MISMATCH)
+    assert rig.take()[0] == ('announce', 'a')
 
 
 def test_bins_that_came_before_the_refusal_they_explain_are_used_at_once(rig):
