@@ -20,14 +20,15 @@ _NO_GOAL_ID = bytes(16)
 
 #: After so many motions with it that failed, a box goes to the reject lane.
 MOTIONS_TRIED = 3
-_FAILED_MOTION = frozenset(
-    {
-        ErrorCode.GRASP_FAILED,
-        ErrorCode.PATH_TOLERANCE_VIOLATED,
-        ErrorCode.COLLISION,
-        ErrorCode.MOTION_OVERDUE,
-    }
-)
+#: The same for one that is not what was scanned: a second scan comes first.
+SCANS_TRIED = 2
+_TRIES = {
+    ErrorCode.BOX_MISMATCH: SCANS_TRIED,
+    ErrorCode.GRASP_FAILED: MOTIONS_TRIED,
+    ErrorCode.PATH_TOLERANCE_VIOLATED: MOTIONS_TRIED,
+    ErrorCode.COLLISION: MOTIONS_TRIED,
+    ErrorCode.MOTION_OVERDUE: MOTIONS_TRIED,
+}
 
 
 class Failures:
@@ -39,13 +40,17 @@ class Failures:
 
     def add(self, box_id: str, code: ErrorCode, message: str) -> None:
         """A goal for this box ended with ``code``."""
+        tries = _TRIES.get(code)
+        if tries is None:
+            return
+        count = self._counts[box_id] = self._counts.get(box_id, 0) + 1
+        if count < tries:
+            return
         if code is ErrorCode.BOX_MISMATCH:
             self._rejects[box_id] = (Reason.INVALID_DATA, message)
-        elif code in _FAILED_MOTION:
-            count = self._counts[box_id] = self._counts.get(box_id, 0) + 1
-            if count >= MOTIONS_TRIED:
-                text = f'{count} motions with box {box_id!r} failed, at last: {message}'
-                self._rejects[box_id] = (Reason.FAULT, text)
+        else:
+            text = f'{count} motions with box {box_id!r} failed, at last: {message}'
+            self._rejects[box_id] = (Reason.FAULT, text)
 
     def reject(self, box: Box) -> Decision | None:
         """The decision to reject ``box``, when that is all that is left."""

@@ -72,8 +72,12 @@ def test_a_box_whose_motions_fail_time_and_again_is_rejected(rig):
     assert [one.id for one in rig.situations[max(rig.situations)].boxes] == ['b']
 
 
-def test_a_box_that_is_not_what_was_scanned_is_rejected_at_once(rig):
+def test_a_box_that_is_not_what_was_scanned_twice_is_rejected(rig):
     rig.start('a')
+    fail(rig, ErrorCode.BOX_MISMATCH)
+    assert ('announce', 'a') not in rig.take()
+    rig.planned('a')
+    rig.take()
     fail(rig, ErrorCode.BOX_MISMATCH)
     assert rig.take()[0] == ('announce', 'a')
 
