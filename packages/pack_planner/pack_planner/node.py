@@ -11,6 +11,7 @@ Subscribes
 Publishes
 ---------
 - `placements`: every decision as it is made.
+- `/diagnostics`: once a second, what it decides with and how fast.
 
 Calls
 -----
@@ -50,10 +51,10 @@ from pack_msgs.msg import (
     PlacementReport,
 )
 from pack_msgs.msg import BoxEvent as BoxEventMsg
-from pack_msgs.srv import CheckPlacements, SwapBin
+from pack_msgs.srv import SwapBin
 from pack_msgs_py import qos
 from pack_msgs_py.cell_values import Decision
-from pack_msgs_py.codes import ErrorCode, Mode
+from pack_msgs_py.codes import Mode
 from pack_msgs_py.conversions import (
     bins_from_ros,
     decision_to_ros,
@@ -71,7 +72,9 @@ from pack_planner.alternatives import Planned, planned, quick
 from pack_planner.coordinator import Coordinator
 from pack_planner.decide import Planner
 from pack_planner.inputs import Heartbeat, check_scan
-from pack_planner.negotiation import Answer, Asking
+from pack_planner.negotiation import Asking
+from pack_planner.nodes.asking import ArmAsker
+from pack_planner.nodes.diagnostics import Diagnostics
 from pack_planner.parameters import PlannerParameters, settings
 from pack_planner.patience import Patience
 from pack_planner.pick_point import pick_pose
@@ -112,8 +115,8 @@ class PlannerNode(Node):
         self._decisions = self.create_publisher(Placement, 'placements', qos.TOPICS['placements'])
         self._action = ActionClient(self, PlaceBox, 'place_box')
         self._swap_bin = self.create_client(SwapBin, 'swap_bin')
-        self._check_placements = self.create_client(CheckPlacements, 'check_placements')
-        self._checking: Any = None
+        self._asker = ArmAsker(self, self.coordinator.on_checked)
+        self._diagnostics = Diagnostics(self)
         self._listen(
             PlacementReport,
             'placement_report',
@@ -275,6 +278,7 @@ class PlannerNode(Node):
         self._sequence += 1
         stamped = replace(decision, sequence=self._sequence, stamp_s=self._now_s())
         self._decisions.publish(decision_to_ros(stamped, _frame(stamped, bins)))
+        self._diagnostics.note(stamped)
         return stamped
 
     def send(self, decision: Decision, target: Bin, unhidden_s: float) -> bytes:
@@ -307,30 +311,8 @@ class PlannerNode(Node):
 
     def check(self, number: int, candidates: Sequence[Decision], enough_s: float) -> None:
         """Call `check_placements`."""
-        client = self._check_placements
-        if self._checking is not None:
-            # given up by now; nobody would ever take the answer off the list
-            client.remove_pending_request(self._checking)
-            self._checking = None
-        if not client.service_is_ready():
-            self.coordinator.on_checked(number, None)
-            return
         frames = {one.id: frame_name(one.station) for one in self._known_bins.values()}
-        request = CheckPlacements.Request(
-            candidates=[decision_to_ros(one, frames.get(one.bin_id, '')) for one in candidates],
-            enough=enough_s,
-        )
-        self._checking = client.call_async(request)
-        self._checking.add_done_callback(partial(self._on_checked, number))
-
-    def _on_checked(self, number: int, future: Any) -> None:  # noqa: ANN401 - rclpy's future
-        self._checking = None
-        if future.cancelled() or future.result() is None:
-            return
-        self.coordinator.on_checked(
-            number,
-            [Answer(ErrorCode(one.error_code), one.motion_time) for one in future.result().checks],
-        )
+        self._asker.ask(number, candidates, frames, enough_s)
 
     def swap(self, target: Bin) -> None:
         """Call `swap_bin`."""

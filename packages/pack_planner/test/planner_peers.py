@@ -18,9 +18,10 @@ from pack_msgs.msg import (
     BoxScan,
     ExecutorState,
     Placement,
+    PlacementCheck,
     PlacementReport,
 )
-from pack_msgs.srv import SwapBin
+from pack_msgs.srv import CheckPlacements, SwapBin
 from pack_msgs_py import qos
 from pack_msgs_py.cell_values import BinSnapshot, Pose, Report, Scan, ScannedBox
 from pack_msgs_py.cell_values import BoxEvent as Event
@@ -62,10 +63,11 @@ class Peers(Node):
     """The belt and the arm. ``script`` holds an error code per goal; then all goals succeed.
 
     A goal of the script with a code below 120 is refused, one with ``None`` is accepted and never
-    ended. With ``hold`` set, goals end only after :attr:`release` is set.
+    ended. Goals end only while :attr:`release` is set. With ``answers``, codes for candidates, the
+    arm can be asked first.
     """
 
-    def __init__(self, context, boxes, bins, *, script=(), remaining=0, look_ahead=5):
+    def __init__(self, context, boxes, bins, *, script=(), remaining=0, look_ahead=5, answers=None):
         super().__init__('peers', context=context)
         self.stream, self.bins = list(boxes), tuple(bins)
         self.belt = [self.stream.pop(0) for _ in range(min(look_ahead, len(self.stream)))]
@@ -94,6 +96,9 @@ class Peers(Node):
         )
         self.create_timer(0.1, self._heartbeat)
         self.create_service(SwapBin, 'swap_bin', self._swap)
+        self.answers, self.asked = answers, Mailbox()
+        if answers is not None:
+            self.create_service(CheckPlacements, 'check_placements', self._check)
         ActionServer(
             self, PlaceBox, 'place_box', self._carry_out, goal_callback=self._admit,
             handle_accepted_callback=self._accepted,
@@ -137,6 +142,15 @@ class Peers(Node):
         self.bins = (*others, Bin(f'bin-{serial}', serial, closed.spec))
         response.success = True
         self.send_bins()
+        return response
+
+    def _check(self, request, response):
+        """Each candidate gets the next of the scripted codes; then all can be done."""
+        self.asked.put(request)
+        for _ in request.candidates:
+            code = self.answers.pop(0) if self.answers else ErrorCode.NONE
+            time_s = 0.0 if code else 3.0
+            response.checks.append(PlacementCheck(error_code=int(code), motion_time=time_s))
         return response
 
     def _report(self, decision, code, goal_id=bytes(16)):

@@ -14,8 +14,9 @@ from dataclasses import replace
 
 import domain_coordinator
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray
 from planner_cases import SMALL, random_bin
-from planner_peers import TIMEOUT_S, Peers, private_context, spinning
+from planner_peers import TIMEOUT_S, Mailbox, Peers, private_context, spinning
 from rclpy.parameter import Parameter
 
 from pack_msgs.msg import Placement
@@ -55,6 +56,8 @@ def cell(domain, boxes, bins=(EMPTY,), parameters=None, **options):
         with spinning(peers, context):
             node = PlannerNode(context=context, parameter_overrides=given)
             with spinning(node, context):
+                if peers.answers is not None:
+                    assert node._asker._client.wait_for_service(TIMEOUT_S)
                 yield peers
                 node.stop()
 
@@ -134,6 +137,36 @@ def test_a_refused_placement_is_followed_by_another_one(domain):
     for (turn, corner), (other_turn, other) in itertools.combinations(tried, 2):
         apart = max(abs(a - b) for a, b in zip(corner, other, strict=True))
         assert turn != other_turn or apart >= 100
+
+
+def test_what_the_arm_says_it_cannot_do_never_becomes_a_goal(domain):
+    answers = [ErrorCode.NO_IK_SOLUTION, ErrorCode.PATH_IN_COLLISION]
+    with cell(domain, boxes(3), answers=answers) as peers:
+        peers.send_all()
+        _, sent = peers.goals.wait(1)
+        first, others = peers.asked.wait(1), peers.asked.wait(2)
+    assert len(first.candidates) == 1 and 5.0 < first.enough < 5.4
+    assert 2 <= len(others.candidates) <= 8
+    corners = [decision_from_ros(one).corner_mm for one in others.candidates]
+    assert sent.corner_mm == corners[1]
+    assert (sent.candidates_checked, sent.first_refusal) == (
+        1 + len(others.candidates), ErrorCode.NO_IK_SOLUTION
+    )  # fmt: skip
+    assert len(peers.goals.items) == 1
+
+
+def test_it_says_once_a_second_how_it_is(domain):
+    with cell(domain, boxes(3), answers=[]) as peers:
+        told = Mailbox()
+        peers.create_subscription(DiagnosticArray, '/diagnostics', told.put, 10)
+        peers.send_all()
+        peers.goals.wait(1)
+        said = told.wait(len(told.items) + 2).status[0]
+    values = {one.key: one.value for one in said.values}
+    assert said.name == 'planner'
+    assert values['algorithm'] == 'mpack_lite'
+    assert float(values['last_decision_ms']) > 0
+    assert values['first_choices_possible'] == '100.0%'
 
 
 def test_a_box_refused_everywhere_in_an_empty_bin_is_rejected_as_unreachable(domain):

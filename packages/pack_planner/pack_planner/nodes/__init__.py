@@ -1,0 +1,1 @@
+"""Parts of the node: what it asks the arm, and what it says of itself."""
