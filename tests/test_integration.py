@@ -39,7 +39,8 @@ def test_an_arm_of_ones_own_packs_boxes(group: NodeGroup) -> None:
     group.run('my_arm', ARM)
     group.start('planner', orientations='upright')
     group.start('conveyor', count=8, speed=0.0)
-    group.wait_until(lambda record: placed(group) == 8, 60)
+    group.wait_until(lambda record: record.complete() and record.all_reported(), 60)
+    assert placed(group) == 8, group.text()
     assert group.record.unaccounted() == []
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool
@@ -18,11 +19,12 @@ from conveyor_sim.ledger import LedgerError
 from conveyor_sim.node import ConveyorNode
 from conveyor_sim.parameters import ConveyorParameters
 from pack_msgs.msg import BinState, BinStateArray, BoxEvent, PlacedBox, Placement
+from pack_msgs.srv import InsertBox, RemoveBox
 from pack_msgs_py.cell_values import BoxEvent as Event
 from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.codes import BoxEventKind as Kind
 from pack_msgs_py.codes import PlacementStatus, Reason
-from pack_msgs_py.conversions import decision_to_ros, event_to_ros, time_to_ros
+from pack_msgs_py.conversions import box_to_ros, decision_to_ros, event_to_ros, time_to_ros
 from pack_msgs_py.parameters import parameter_fields, parameter_table
 from pack_msgs_py.values import Box
 
@@ -188,6 +190,52 @@ def test_pause_stops_feeding_until_it_is_lifted(start, observer):
     observer.wait_for(lambda scan: len(scan.boxes) == 4)
     assert call(observer, SetBool, 'conveyor/pause', SetBool.Request(data=False)).success
     observer.wait_for(lambda scan: len(scan.boxes) == 5)
+
+
+def test_the_operator_lays_a_box_on_takes_one_away_and_drains_the_belt(start, observer):
+    start()
+    observer.wait_for(lambda scan: len(scan.boxes) == 5)
+    mine = box_to_ros(Box('mine', (300.0, 200.0, 100.0), 2.5))
+    assert call(observer, InsertBox, 'conveyor/insert_box', InsertBox.Request(box=mine)).success
+    again = call(observer, InsertBox, 'conveyor/insert_box', InsertBox.Request(box=mine))
+    assert (again.success, "'mine'" in again.message) == (False, True)
+    nonsense = call(observer, InsertBox, 'conveyor/insert_box', InsertBox.Request())
+    assert (nonsense.success, 'id' in nonsense.message) == (False, True)
+    removed = RemoveBox.Request(box_id='b2')
+    assert call(observer, RemoveBox, 'conveyor/remove_box', removed).success
+    assert observer.wait_for_rejection('b2').reason == BoxEvent.REASON_OPERATOR
+    assert not call(observer, RemoveBox, 'conveyor/remove_box', removed).success
+    observer.wait_for(lambda scan: 'mine' in ids(scan))
+    assert call(observer, SetBool, 'conveyor/drain', SetBool.Request(data=True)).success
+    event(observer, 'b0', Kind.PICKED)
+    observer.wait_for(lambda scan: len(scan.boxes) == 4 and scan.remaining == 3)
+
+
+def test_a_running_belt_is_seen_running_with_a_window_for_every_box(start, observer):
+    start(belt_mode='continuous', speed=4.0, rate=50.0)
+    scan = observer.wait_for(lambda scan: len(scan.boxes) == 5)
+    assert scan.belt_velocity == pytest.approx((0.0, -6.0, 0.0))
+    assert all(item.pick_open_s > scan.stamp_s for item in scan.boxes)
+    assert all(item.pick_close_s - item.pick_open_s == pytest.approx(3.0) for item in scan.boxes)
+    chosen = scan.boxes[2].box.id
+    decide(observer, chosen)
+    held = lambda scan: scan.boxes[0].pick_open_s <= scan.stamp_s  # noqa: E731
+    scan = observer.wait_for(held)
+    assert scan.boxes[0].box.id == chosen
+    assert scan.boxes[0].pose.position == pytest.approx((0.0, 0.65, 0.8))
+
+
+def test_the_diagnostics_say_what_the_belt_does_and_where_the_boxes_are(start, observer):
+    heard, news = [], threading.Event()
+
+    def on_message(msg):
+        heard.append({one.key: one.value for one in msg.status[0].values})
+        news.set()
+
+    observer.node.create_subscription(DiagnosticArray, '/diagnostics', on_message, 10)
+    start()
+    assert news.wait(20.0)
+    assert (heard[0]['belt'], heard[0]['on_belt'], heard[0]['supplied']) == ('running', '5', '5')
 
 
 def test_speed_can_be_set_while_running_but_not_to_nonsense(start, observer):
