@@ -17,11 +17,13 @@ from pack_planner.algorithms.o_best_fit import o_best_fit
 from pack_planner.algorithms.o_first_fit import o_first_fit
 from pack_planner.algorithms.o_jampack import o_jampack
 from pack_planner.algorithms.online_bph import online_bph
+from pack_planner.algorithms.rollout import rollout
 from pack_planner.algorithms.walle import walle
 
 ALGORITHMS: dict[str, Algorithm] = {
     'mpack_lite': mpack_lite,
     'mpack': mpack,
+    'rollout': rollout,
     'first_fit': first_fit,
     'best_fit': best_fit,
     'o_first_fit': o_first_fit,

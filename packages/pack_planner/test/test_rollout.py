@@ -1,0 +1,122 @@
+"""Our own algorithm: what it prefers, and that it packs better than MPackLite."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from planner_cases import SMALL, coarse, random_bin, random_box
+
+from pack_msgs_py.profiles import PROFILES
+from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin
+from pack_planner.algorithms import Problem, find_algorithm
+from pack_planner.bench.simulator import pack_collection
+from pack_planner.bench.values import Case, Settings, Source
+from pack_planner.engine import Engine
+from pack_planner.engine.placements import all_spots
+from pack_planner.engine.surroundings import sides
+
+
+def cube(name, edge):
+    return Box(name, (float(edge), float(edge), float(edge)))
+
+
+def placed(name, corner, size):
+    return PlacedBox(Box(name, tuple(float(edge) for edge in size)), corner, size)
+
+
+def decide(engine, boxes, *bins, **more):
+    models = tuple(engine.model(one) for one in bins)
+    return find_algorithm('rollout')(Problem(engine, tuple(boxes), models, **more))
+
+
+def beside_by_cells(one, target):
+    """Touched share of the sides and level share of the border, centimetre by centimetre."""
+    length, breadth, _ = target.spec.size_mm
+    heights = np.zeros((length // 10 + 2, breadth // 10 + 2))
+    for other in target.boxes:
+        (x0, y0, _), (x1, y1, top) = other.corner_mm, other.far_mm
+        part = heights[x0 // 10 + 1 : x1 // 10 + 1, y0 // 10 + 1 : y1 // 10 + 1]
+        np.maximum(part, top, out=part)
+    heights[0], heights[-1], heights[:, 0], heights[:, -1] = [1e9] * 4
+    (x0, y0, z), (x1, y1, top) = one.corner_mm, one.far_mm
+    i0, j0, i1, j1 = x0 // 10 + 1, y0 // 10 + 1, x1 // 10 + 1, y1 // 10 + 1
+    border = np.concatenate(
+        [heights[i0 - 1, j0:j1], heights[i1, j0:j1], heights[i0:i1, j0 - 1], heights[i0:i1, j1]]
+    )
+    touched = np.clip(np.minimum(border, top) - z, 0, None).mean() / (top - z)
+    return touched, (border == top).mean()
+
+
+@pytest.mark.parametrize('profile', PROFILES)
+def test_what_lies_against_the_sides_is_counted_as_cell_by_cell(profile):
+    engine, rng = Engine(PROFILES[profile]), random.Random(4)
+    checked = 0
+    for count in (0, 3, 8):
+        target = random_bin(engine, rng, count)
+        new = Box('new', (90.0, 70.0, 60.0))
+        spots = all_spots(engine, new, engine.model(target), far_ends=True)
+        found = sides(spots, engine.model(target))
+        for row in range(0, len(spots), 1 + len(spots) // 60):
+            assert found[row] == pytest.approx(beside_by_cells(spots.placed(row), target))
+            checked += 1
+    assert checked > 50
+
+
+def test_a_box_goes_where_it_fits_snugly(paper):
+    # a slot of 120 mm between two blocks, and a lot of open floor behind them
+    left, right = placed('l', (0, 0, 0), (240, 200, 300)), placed('r', (360, 0, 0), (240, 200, 300))
+    choice = decide(paper, [Box('new', (120.0, 150.0, 140.0))], Bin('b', 1, SMALL, (left, right)))
+    one = choice.candidate.placed
+    assert (one.corner_mm[:2], one.size_mm[0]) == ((240, 0), 120)
+
+
+def test_a_first_move_is_judged_by_what_becomes_of_the_other_boxes(paper):
+    # alone, the flat box touches most in the slot; but only there the tall one finds room
+    walls = (
+        placed('a', (0, 0, 0), (400, 400, 380)),
+        placed('b', (520, 0, 0), (80, 400, 380)),
+        placed('c', (400, 200, 0), (120, 200, 380)),
+    )
+    target = Bin('b', 1, SMALL, walls)
+    tall, flat = Box('tall', (120.0, 200.0, 400.0)), Box('flat', (300.0, 200.0, 20.0))
+    only = decide(paper, [tall, flat], target).candidate.placed
+    done = replace(target, boxes=(*walls, only), revision=1)
+    other = flat if only.box is tall else tall
+    rest = decide(paper, [other], done)
+    assert rest is not None, 'both find a place when the first leaves one'
+
+
+def test_no_bin_is_closed_while_any_box_fits():
+    """Where a rule varies between the candidate lines, a box may fit at none of them."""
+    engine = Engine(coarse('paper', 10, min_vertices=0, com_margin_mm=45.0, orientations='upright'))
+    # the box can only balance on a narrow tower in a pit, its centre over the tower's
+    pit = placed('wall', (300, 0, 0), (300, 400, 400)), placed('t', (100, 0, 0), (100, 400, 200))
+    target, box = Bin('b', 1, SMALL, pit), Box('new', (200.0, 400.0, 150.0))
+    assert len(all_spots(engine, box, engine.model(target))) == 0
+    assert decide(engine, [box], target).candidate.placed.corner_mm == (50, 0, 200)
+
+
+def test_the_same_state_has_the_same_answer(cell):
+    rng = random.Random(3)
+    bins = [replace(random_bin(cell, rng, 6, f'bin-{i}'), serial=i) for i in (1, 2)]
+    boxes = [random_box(rng, f'new-{i}') for i in range(5)]
+    twin = Engine(PROFILES['cell'])
+    assert decide(cell, boxes, *bins) == decide(twin, boxes, *bins)
+
+
+def test_nothing_fits_is_no_answer(paper):
+    full = Bin('b', 1, SMALL, (placed('block', (0, 0, 0), (600, 400, 350)),))
+    assert decide(paper, [cube('a', 100), cube('b', 200)], full) is None
+
+
+@pytest.mark.parametrize('profile', PROFILES)
+def test_it_fills_bins_better_than_mpack_lite(profile):
+    fills = {}
+    for name in ('mpack_lite', 'rollout'):
+        case = Case(name, parse_bin('SYN'), 5, 1, Source('SYN, cut from ten bins'))
+        packed = pack_collection(case, Settings(PROFILES[profile], boxes_per_bin=14), 0)
+        fills[name] = packed.fills['fill_closed']
+    assert fills['rollout'] > fills['mpack_lite'] + 2.0
