@@ -27,8 +27,10 @@ __all__ = ['add_bench', 'run_bench']
 
 def run_bench(arguments: argparse.Namespace, given: Sequence[str] = ()) -> int:
     """Run the benchmark; return the exit code. ``given`` is the command line, for the report."""
+    from pack_planner.bench.cluster import ClusterLost
     from pack_planner.engine import EngineMismatch
 
+    kept = '; what was finished is kept in the --json file' if arguments.json else ''
     try:
         return _run(arguments, shlex.join(['./cell', *given]))
     except (ValueError, OSError) as error:
@@ -37,24 +39,32 @@ def run_bench(arguments: argparse.Namespace, given: Sequence[str] = ()) -> int:
     except EngineMismatch as error:
         print(f'cell bench: {error}', file=sys.stderr)
         return EXIT_FAULT
+    except ClusterLost as error:
+        print(f'cell bench: {error}{kept}, run the same command again', file=sys.stderr)
+        return EXIT_FAULT
     except KeyboardInterrupt:
-        kept = '; what was finished is kept in the --json file' if arguments.json else ''
         print(f'cell bench: interrupted{kept}', file=sys.stderr)
         return EXIT_INTERRUPTED
 
 
 def _run(arguments: argparse.Namespace, command: str) -> int:
-    from pack_planner.bench.runner import ResultFile, Workers, run
+    from pack_planner.bench.results import ResultFile
+    from pack_planner.bench.runner import Workers, run
 
     _check_outputs(arguments)
     settings, cases = settings_of(arguments), cases_of(arguments)
     results = ResultFile(arguments.json, arguments.plan)
     with _progress_bar() as bar:
         watch = _Watch(bar, cases)
-        records = run(cases, settings, Workers(arguments.jobs, arguments.cluster), results, watch)
+        workers = Workers(arguments.jobs, arguments.cluster, note=_note)
+        records = run(cases, settings, workers, results, watch)
     _show(records, arguments)
     _write_reports(records, arguments, command)
     return 0
+
+
+def _note(text: str) -> None:
+    print(f'cell bench: {text}', file=sys.stderr)
 
 
 def _check_outputs(arguments: argparse.Namespace) -> None:

@@ -154,7 +154,7 @@ def _add_answers(parser: argparse.ArgumentParser) -> None:
         help='processes (default 1, which measures times best)',
     )  # fmt: skip
     where.add_argument(
-        '--cluster', default='', metavar='tcp://HOST:PORT',
+        '--cluster', metavar='tcp://HOST:PORT',
         help='a running Dask scheduler instead; needs dask and distributed',
     )  # fmt: skip
     where.add_argument(

@@ -18,7 +18,8 @@ from pack_planner.bench.figure import save, svg
 from pack_planner.bench.page import page
 from pack_planner.bench.paper import NAMES, paper_figures, table
 from pack_planner.bench.report import below_paper, markdown, table1
-from pack_planner.bench.runner import ResultFile, Workers, run
+from pack_planner.bench.results import ResultFile
+from pack_planner.bench.runner import Workers, run
 from pack_planner.bench.simulator import pack_collection
 from pack_planner.bench.statistics import ci95, t975
 from pack_planner.bench.streams import collection, cut_collection, drawn_collection
@@ -264,7 +265,7 @@ def test_an_interrupted_benchmark_goes_on_where_it_was(tmp_path, monkeypatch):
         'first_fit'
     ]
     records, _ = bench(cases, tmp_path)
-    assert packed[4:] == [('mpack_lite', 0), ('mpack_lite', 1)]
+    assert packed[4:] == [('mpack_lite', 1)]
     assert without_seconds(tmp_path / 'out.jsonl') == plan
     assert [{**one, 'decision_s': 0} for one in records] == [
         {**one, 'decision_s': 0} for one in whole
@@ -295,25 +296,6 @@ def test_a_file_of_something_else_is_not_overwritten(tmp_path, text):
     with pytest.raises(ValueError, match='name another file'):
         ResultFile(path, None)
     assert path.read_text() == text
-
-
-def test_a_two_worker_cluster_gives_the_same_plan(tmp_path):
-    distributed = pytest.importorskip('distributed')
-    cases = [case('first_fit', collections=3)]
-    bench(cases, tmp_path, 'here')
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address=None
-    ) as cluster:
-        bench(cases, tmp_path, 'cluster', Workers(cluster=cluster.scheduler_address))
-    assert without_seconds(tmp_path / 'cluster.jsonl') == without_seconds(tmp_path / 'here.jsonl')
-
-
-def test_without_dask_the_error_says_what_to_install(monkeypatch, tmp_path):
-    import sys
-
-    monkeypatch.setitem(sys.modules, 'distributed', None)
-    with pytest.raises(ValueError, match=r"pip install 'dask\[distributed\]'"):
-        bench([case()], tmp_path, workers=Workers(cluster='tcp://127.0.0.1:1'))
 
 
 # figures and tables

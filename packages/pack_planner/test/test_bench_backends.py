@@ -17,7 +17,8 @@ from pack_planner.algorithms import Problem
 from pack_planner.algorithms.base import BACKENDS
 from pack_planner.algorithms.mpack_lite import mpack_lite
 from pack_planner.bench.report import HEADINGS, row, table1
-from pack_planner.bench.runner import ResultFile, Workers, run
+from pack_planner.bench.results import ResultFile
+from pack_planner.bench.runner import Workers, run
 from pack_planner.bench.streams import cut_collection
 from pack_planner.bench.values import Case, Settings, Source
 from pack_planner.engine import Engine

@@ -8,7 +8,8 @@ import pytest
 
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Box, parse_bin
-from pack_planner.bench.runner import ResultFile, Workers, run
+from pack_planner.bench.results import ResultFile
+from pack_planner.bench.runner import Workers, run
 from pack_planner.bench.simulator import pack_collection
 from pack_planner.bench.streams import collection
 from pack_planner.bench.values import Case, Settings, Source
