@@ -60,12 +60,20 @@ class Refusals:
 
     def __init__(self) -> None:
         self._by_bin: dict[str, tuple[Refused, ...]] = {}
+        self._late: Refused | None = None
 
     def learn(
         self, target: Bin, decision: Decision, code: ErrorCode, *, lasting: bool = False
     ) -> None:
-        """The arm refused ``decision`` with ``code``, or failed at it, in ``target`` as it is."""
+        """The arm refused ``decision`` with ``code``, or failed at it, in ``target`` as it is.
+
+        When the arm had said before that it can do it in time, asking took too long: once more
+        with the plan that it has by now, before that counts.
+        """
         refused = _refused(target, decision, code, lasting=lasting or code in LASTING)
+        if code in _SLOW and not lasting and decision.candidates_checked and self._late != refused:
+            self._late = refused
+            return
         self._by_bin[target.id] = (*self._by_bin.get(target.id, ()), refused)
 
     def forget_old(self, bins: tuple[Bin, ...]) -> None:

@@ -102,6 +102,15 @@ def test_a_way_too_long_for_one_box_is_not_offered_to_a_heavier_one():
     assert snapshot(lighter, EMPTY) == ()
 
 
+def test_a_placement_that_only_the_asking_made_late_is_offered_once_more():
+    memory = Refusals()
+    decision = Decision(Box('a', (100.0, 100.0, 100.0)), EMPTY.id, candidates_checked=1)
+    memory.learn(EMPTY, decision, ErrorCode.DEADLINE_UNREACHABLE)
+    assert memory.snapshot().by_bin == {}
+    memory.learn(EMPTY, decision, ErrorCode.DEADLINE_UNREACHABLE)
+    assert memory.snapshot().by_bin != {}
+
+
 def test_a_box_too_slow_at_six_places_is_not_offered_to_that_bin_again():
     memory = refused(EMPTY, 'a', *SIX, code=ErrorCode.DEADLINE_UNREACHABLE)
     grown = replace(EMPTY, revision=9, boxes=(block(100),))
