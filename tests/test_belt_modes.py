@@ -58,6 +58,7 @@ def test_a_window_that_nobody_uses_is_another_lap_and_no_box_is_lost(group: Node
     assert_all_placed(group, 10)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('arrivals', ['poisson:4000', 'bursts:4,6'])
 def test_boxes_that_come_now_and_then_are_all_packed(group: NodeGroup, arrivals: str) -> None:
     start_all(group, speed=8.0, count=12, belt_mode='continuous', arrivals=arrivals)
@@ -71,6 +72,7 @@ def test_as_fast_as_possible_sparse_arrivals_and_jams_hold_nobody_up(group: Node
     assert_all_placed(group, 12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('mode', ['stop_at_pick', 'continuous'])
 def test_a_conveyor_that_is_killed_in_every_phase_loses_no_box_and_leaves_none_unpresented(
     group: NodeGroup, mode: str

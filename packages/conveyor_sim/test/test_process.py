@@ -58,6 +58,9 @@ def test_it_starts_alone_and_ends_with_code_0_when_told(process, observer, numbe
         ('look_ahead:=0', 'look_ahead is 0'),
         ('boxes_file:=/nowhere.csv', '/nowhere.csv'),
         ('nonsense:=1', 'nonsense'),
+        ('arrivals:=often', 'poisson'),
+        ('jams:=often', 'random'),
+        ('gap:=1.9', 'longer belt_length'),
     ],
 )
 def test_what_cannot_be_done_ends_with_code_2_and_one_line(process, ros_domain, parameter, words):
