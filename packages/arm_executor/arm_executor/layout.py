@@ -251,7 +251,7 @@ def pick_pose(layout: Layout, size_mm: Vec3) -> Pose:
 
 
 def lifting_limit(layout: Layout) -> float:
-    """Heaviest box that the robot lifts with its mast, held vertical, kg (data sheet)."""
+    """Heaviest box that the robot lifts with its mast held vertical, kg (data sheet)."""
     return find_arm(layout.robot).payload_tool_down - layout.tool.mass
 
 
@@ -265,6 +265,12 @@ def check_layout(layout: Layout, bins: Mapping[str, BinSpec]) -> Layout:
         find_arm(layout.robot)
     except ValueError as error:
         raise LayoutError(f'layout: {error}') from None
+    if lifting_limit(layout) <= 0:
+        msg = (
+            f'layout: tool.mass is {layout.tool.mass:g} kg, all that {layout.robot} lifts; '
+            'take a lighter tool or a stronger robot'
+        )
+        raise LayoutError(msg)
     for name in _PARTS:
         part = getattr(layout, name)
         for value in fields(part):

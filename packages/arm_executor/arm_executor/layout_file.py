@@ -1,6 +1,6 @@
 """Layouts from a file: YAML with the names of :mod:`arm_executor.layout`.
 
-What it leaves out keeps its default.
+What it leaves out keeps the default of its robot.
 """
 
 from __future__ import annotations
@@ -10,10 +10,30 @@ from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from arm_executor.layout import Layout, LayoutError, check_layout
+from arm_executor.layout import Layout, LayoutError, Rail, Stations, Tool, check_layout
 from arm_executor.reach import check_reach
 from arm_executor.robot.parameters import ARMS
 from pack_msgs_py.values import BinSpec
+
+#: The common layout is too large for these two: bins stand nearer, the arm lower, and the mast is
+#: shorter (and lighter, for an arm that lifts 5 kg in all). They are for bins like SYN.
+_SMALL = Layout(
+    rail=Rail(base_height=1.10),
+    tool=Tool(length=0.45),
+    stations=Stations(near_y=0.32, near_y_open_front=0.62),
+)
+_DEFAULTS = {
+    'ur16e': _SMALL,
+    'ur5e': replace(_SMALL, rail=Rail(base_height=1.20), tool=replace(_SMALL.tool, mass=1.0)),
+}
+
+
+def default_layout(robot: str) -> Layout:
+    """The layout that goes with ``robot``; :class:`LayoutError` lists the known ones."""
+    if robot not in ARMS:
+        msg = f'layout: unknown robot {robot!r}: use one of {", ".join(ARMS)}'
+        raise LayoutError(msg)
+    return replace(_DEFAULTS.get(robot, Layout()), robot=robot)
 
 
 def find_layout(path: str, robot: str = '') -> Layout:
@@ -26,7 +46,7 @@ def find_layout(path: str, robot: str = '') -> Layout:
     """
     if path:
         return load_layout(Path(path), robot)
-    return _with_robot(Layout(), robot or Layout.robot)
+    return default_layout(robot or Layout.robot)
 
 
 def layout_for(path: str, robot: str, bins: Mapping[str, BinSpec], with_arm: bool) -> Layout:
@@ -58,15 +78,8 @@ def load_layout(path: Path, robot: str = '') -> Layout:
     name = robot or content.get('robot', Layout.robot)
     if not isinstance(name, str):
         raise LayoutError(f'layout {path}: robot is {name!r}; it must be a name')
-    layout: Layout = _filled(Layout(), {**content, 'robot': name}, str(path))
-    return _with_robot(layout, name)
-
-
-def _with_robot(layout: Layout, robot: str) -> Layout:
-    if robot not in ARMS:
-        msg = f'layout: unknown robot {robot!r}: use one of {", ".join(ARMS)}'
-        raise LayoutError(msg)
-    return replace(layout, robot=robot)
+    layout: Layout = _filled(default_layout(name), {**content, 'robot': name}, str(path))
+    return layout
 
 
 def _filled(default: Any, content: Any, where: str) -> Any:  # noqa: ANN401 - a dataclass of any part

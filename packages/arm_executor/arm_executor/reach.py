@@ -13,7 +13,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from arm_executor.layout import Layout, LayoutError, bin_frame, pick_pose
+from arm_executor.layout import Layout, LayoutError, bin_frame, lifting_limit, pick_pose
 from arm_executor.motion.template import hover_point
 from arm_executor.robot.kinematics import BRANCHES, CellKinematics
 from arm_executor.robot.parameters import find_arm
@@ -22,23 +22,28 @@ from pack_msgs_py.values import BinSpec, Box, Vec3
 
 Array = NDArray[np.float64]
 
-#: The box that a layout is judged with: a common carton.
-PROBE = Box('probe', (300.0, 200.0, 200.0), 5.0)
+#: Size of the box that a layout is judged with, a common carton, and the most that it weighs.
+PROBE_MM, _PROBE_KG = (300.0, 200.0, 200.0), 5.0
 #: A bin of which the arm reaches less than this share is none that it can pack.
 LEAST_REACH = 0.5
 #: Where the arm may stand on its rail, relative to the target; metres.
 RAIL_OFFSETS = (0.0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1.0, -1.0, 1.25, -1.25)
 #: Elbow above the shoulder, in either posture of shoulder and wrist.
 ELBOW_UP = tuple(i for i, (shoulder, _, elbow) in enumerate(BRANCHES) if shoulder == elbow)
-#: The posture that the arm starts in.
-_HOME = (BRANCHES.index((1, 1, 1)),)
-
+#: Shoulder, wrist and elbow that the arm begins with: with the wrist on this side it reaches all of
+#: a roller cage.
+HOME_POSTURE = (1, -1, 1)
 _GRID_M, _GAP_M = 0.10, 0.004
+
+
+def probe_box(layout: Layout) -> Box:
+    """The box that ``layout`` is judged with; its robot can lift it."""
+    return Box('probe', PROBE_MM, min(_PROBE_KG, lifting_limit(layout)))
 
 
 def probe_places(spec: BinSpec) -> Array:
     """Centres (n, 3) of the probe box in a bin of kind ``spec``, bin frame, metres."""
-    size = [edge / 1000 for edge in PROBE.size_mm]
+    size = [edge / 1000 for edge in PROBE_MM]
     bin_size = [edge / 1000 for edge in spec.size_mm]
     for axis, edge, room in zip('xyz', size, bin_size, strict=True):
         if edge + 2 * _GAP_M > room:
@@ -62,7 +67,7 @@ def pad_points(layout: Layout, station: str, spec: BinSpec, centres: Array) -> A
     """Where the pad is (n, 3), frame `cell`, with the probe box at ``centres`` (n, 3)."""
     frame = bin_frame(layout, station, spec)
     points = np.array([frame.to_cell(Pose(_vec(one))).position for one in centres])
-    points[:, 2] += PROBE.size_mm[2] / 2000
+    points[:, 2] += PROBE_MM[2] / 2000
     return points
 
 
@@ -97,10 +102,10 @@ def check_reach(layout: Layout, bins: Mapping[str, BinSpec], least: float = LEAS
     ``bins`` are kinds by station; ``least`` is the share of a bin that must be in reach.
     """
     kinematics = CellKinematics(find_arm(layout.robot), layout)
-    x, y, z = pick_pose(layout, PROBE.size_mm).position
+    x, y, z = pick_pose(layout, PROBE_MM).position
     for name, point, branches in (
-        ('the waiting point above the belt', hover_point(layout), _HOME),
-        ('a box at the pick point', (x, y, z + PROBE.size_mm[2] / 2000), ELBOW_UP),
+        ('the waiting point above the belt', hover_point(layout), (BRANCHES.index(HOME_POSTURE),)),
+        ('a box at the pick point', (x, y, z + PROBE_MM[2] / 2000), ELBOW_UP),
     ):
         q = kinematics.tool_down([0.0], [point], [0.0], branches)[0]
         if np.isnan(q).any(axis=1).all():

@@ -19,7 +19,7 @@ from arm_executor.motion.path import JointPath
 from arm_executor.motion.planner import MotionPlanner
 from arm_executor.motion.template import Site, metres
 from arm_executor.motion.timing import MotionLimits
-from arm_executor.reach import PROBE, configurations, pad_points, probe_places
+from arm_executor.reach import PROBE_MM, configurations, pad_points, probe_box, probe_places
 from arm_executor.robot.parameters import find_arm
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.values import BinSpec
@@ -106,7 +106,7 @@ class ReachCheck:
         points = pad_points(self._layout, station, spec, places)
         options = configurations(self._planner.kinematics, points)
         free, blocked = np.zeros(len(places), dtype=bool), Counter[str]()
-        self._world.hold(metres(PROBE.size_mm), 'the box')
+        self._world.hold(metres(PROBE_MM), 'the box')
         try:
             for index, point in enumerate(points):
                 hit = self._first_free(options[index].reshape(-1, 7), point)
@@ -131,10 +131,10 @@ class ReachCheck:
         spec = self._bins[station]
         site = Site(station, spec, bin_frame(self._layout, station, spec), [])
         x, y, z = (float(value) for value in place)
-        pick = pick_pose(self._layout, PROBE.size_mm)
+        pick = pick_pose(self._layout, PROBE_MM)
         try:
             motion = self._planner.plan(
-                PlaceRequest(PROBE, pick, station, Pose((x, y, z))), home, site
+                PlaceRequest(probe_box(self._layout), pick, station, Pose((x, y, z))), home, site
             )
         except MotionError:
             return float('nan')

@@ -116,21 +116,28 @@ def test_belt_in_a_bin_is_refused():
     ('robot', 'kinds'),
     [
         ('ur20', ('EQ', 'LDC', 'SYN', 'PAL', 'RC')),
-        ('ur30', ('EQ', 'LDC')),
-        ('ur10e', ('EQ', 'LDC')),
+        ('ur30', ('EQ', 'LDC', 'SYN', 'PAL')),
+        ('ur10e', ('EQ', 'LDC', 'SYN', 'PAL')),
+        ('ur16e', ('EQ', 'SYN')),
+        ('ur5e', ('EQ', 'SYN')),
     ],
 )
-def test_default_layout_reaches_the_bins_that_the_robot_is_for(robot, kinds):
+def test_layout_of_each_robot_reaches_the_bins_that_it_is_for(robot, kinds):
     for kind in kinds:
-        check_reach(find_layout('', robot), dict.fromkeys('ABC', parse_bin(kind)), 0.6)
+        bins = dict.fromkeys('ABC', parse_bin(kind))
+        check_reach(check_layout(find_layout('', robot), bins), bins, 0.6)
 
 
-@pytest.mark.parametrize('robot', ['ur5e', 'ur16e'])
-def test_short_arm_in_the_common_layout_is_refused_with_its_reach(robot):
-    with pytest.raises(
-        LayoutError, match=rf'{robot} \(reach 0\.\d+ m\).* cannot reach the waiting'
-    ):
-        check_reach(Layout(robot=robot), {})
+def test_short_arm_in_the_layout_of_a_long_one_is_refused_with_what_it_reaches():
+    with pytest.raises(LayoutError, match=r'ur16e \(reach 0\.9 m\) reaches 48% of bin A \(LDC\)'):
+        check_reach(Layout(robot='ur16e'), {'A': parse_bin('LDC')})
+    with pytest.raises(LayoutError, match=r'ur5e .* base 1\.3 m high cannot reach the waiting'):
+        check_reach(Layout(robot='ur5e'), {'A': parse_bin('SYN')})
+
+
+def test_tool_as_heavy_as_the_robot_lifts_is_refused():
+    with pytest.raises(LayoutError, match=r'tool\.mass is 6 kg, all that ur5e lifts'):
+        check_layout(Layout(robot='ur5e', tool=Tool(mass=6.0)), {})
 
 
 def test_bin_too_far_away_is_refused_with_the_share_in_reach():

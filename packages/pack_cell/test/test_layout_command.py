@@ -9,7 +9,7 @@ pytest.importorskip('pybullet')
 pytest.importorskip('toppra')
 
 from arm_executor.layout import Layout
-from arm_executor.layout_file import load_layout
+from arm_executor.layout_file import find_layout, load_layout
 from arm_executor.reach import probe_places
 from pack_cell.cli import main
 from pack_cell.layout_command import judge
@@ -36,9 +36,17 @@ def test_check_prints_a_row_for_each_station_and_draws_a_picture(capsys, tmp_pat
 
 
 def test_short_arm_is_refused_with_the_reason_and_code_1(capsys):
-    assert main(['layout', '--check', '--robot', 'ur5e', '--bin', 'LDC', '--samples', '0']) == 1
+    assert main(['layout', '--check', '--robot', 'ur5e', '--bin', 'PAL', '--samples', '0']) == 1
     text = capsys.readouterr().out
-    assert 'refused: layout: ur5e (reach 0.85 m) on a base 1.3 m high cannot reach' in text
+    assert 'refused: layout: ur5e (reach 0.85 m) reaches' in text
+    assert 'take a longer arm than ur5e' in text
+
+
+@pytest.mark.parametrize('robot', ['ur5e', 'ur16e'])
+def test_short_arm_in_its_own_layout_packs_small_bins(robot):
+    verdict = judge(find_layout('', robot), parse_bin('SYN'), samples=2, least=0.9)
+    assert verdict.refusal == ''
+    assert all(one.within(8.0) == 1.0 for one in verdict.stations)
 
 
 def test_share_below_the_threshold_is_refused_with_both_shares(capsys):

@@ -41,6 +41,7 @@ from arm_executor.motion.template import (
     nearest,
 )
 from arm_executor.motion.timing import Load, MotionLimits, Timing, Trajectory, joined
+from arm_executor.reach import HOME_POSTURE
 from arm_executor.robot.kinematics import BRANCHES, CellKinematics
 from arm_executor.robot.parameters import ArmModel
 from pack_msgs_py.cell_values import Pose
@@ -58,8 +59,6 @@ _LAST = (Style(0.06, lift=0.05, slant=False), Style(0.12, lift=0.30, slant=False
 _MAX_TRIED, _MAX_TIMED, _BUDGET_S = 10, 4, 0.35
 #: A motion this quick is taken as it comes; a slower one is compared with one more; seconds.
 _QUICK_S = 4.5
-#: The posture to begin with: with the wrist on this side the arm reaches all of a roller cage.
-_HOME = (1, -1, 1)
 #: The box is being lowered once it is this far below the top of its way, metres.
 _LEVEL = 0.01
 
@@ -121,7 +120,7 @@ class MotionPlanner:
     def home(self) -> Array:
         """Configuration (7,) above the pick point, elbow up, for the first motion."""
         solutions = self.kinematics.tool_down([0.0], [hover_point(self._layout)], [0.0])[0]
-        home: Array = solutions[BRANCHES.index(_HOME)]
+        home: Array = solutions[BRANCHES.index(HOME_POSTURE)]
         if np.isnan(home).any():
             arm, point = self.kinematics.arm.name, hover_point(self._layout)
             msg = f'{arm} cannot reach the waiting point {point} above the belt: change the layout'
