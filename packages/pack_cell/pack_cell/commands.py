@@ -53,6 +53,7 @@ def node_parameters(folder: Path, options: RunOptions) -> dict[str, dict[str, An
             'look_ahead': options.look_ahead,
             'deadline_s': options.deadline_s,
             'max_payload_kg': _payload(options),
+            **dict(options.planner),
         },
         'arm_executor': {
             'arm': options.arm,

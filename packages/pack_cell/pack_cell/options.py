@@ -12,6 +12,8 @@ from arm_executor.robot.parameters import ARMS
 from conveyor_sim.arrivals import FORMS as ARRIVALS
 from conveyor_sim.jams import FORMS as JAMS
 from conveyor_sim.streams import SYNTAX
+from pack_cell.planner_options import planner_value
+from pack_msgs_py.parameters import Value
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import BinSpec, parse_bin
 
@@ -58,6 +60,7 @@ class RunOptions:
     scan_sigma_mm: float
     size_sigmas: float
     faults: str
+    planner: tuple[tuple[str, Value], ...] = ()
 
 
 def number(low: float, high: float, what: str, *, whole: bool, above: bool = False):  # type: ignore[no-untyped-def]
@@ -156,6 +159,15 @@ def add_run_options(parser: argparse.ArgumentParser, algorithms: tuple[str, ...]
         metavar='K',
         help='standard deviations of the scanner that are kept free around a box; default 2 with '
         'profile cell, 0 with paper',
+    )
+    plan.add_argument(
+        '--planner',
+        type=planner_value,
+        action='append',
+        default=[],
+        metavar='NAME=VALUE',
+        help='a parameter of the planner such as cep=true, selection=largest, closing=oldest, '
+        'max_passed_over=10 or weights=2,1,100; more than once for several',
     )
     _add_belt_options(parser.add_argument_group('what comes on the belt'))
     act = parser.add_argument_group('how to act')
@@ -259,4 +271,5 @@ def run_options(arguments: argparse.Namespace) -> RunOptions:
         given['scan_sigma_mm'] = SCAN_SIGMA_MM[given['profile']]
     if given['size_sigmas'] < 0:
         given['size_sigmas'] = PROFILES[given['profile']].size_sigmas
+    given['planner'] = tuple(given['planner'])
     return RunOptions(**{name: given[name] for name in RunOptions.__dataclass_fields__})

@@ -29,6 +29,11 @@ WRONG = [
     (['--destinations', '-1'], '0 to 1000'),
     (['--max-laps', '1.5'], 'whole number'),
     (['--belt-mode', 'flying'], 'flying'),
+    (['--planner', 'cep'], 'NAME=VALUE'),
+    (['--planner', 'algorithm=dbl'], 'NAME=VALUE'),
+    (['--planner', 'cep=2'], 'of type bool'),
+    (['--planner', 'closing=newest'], 'fullest'),
+    (['--planner', 'weights=1,nan,3'], 'w2 is nan'),
 ]
 
 
@@ -125,3 +130,13 @@ def test_the_planner_knows_what_the_robot_lifts(arguments, payload, tmp_path):
     found = node_parameters(tmp_path, options)
     assert found['planner']['max_payload_kg'] == payload
     assert found['arm_executor']['robot'] == options.robot
+
+
+def test_parameters_of_the_planner_reach_its_node(tmp_path):
+    parser = OneLineParser()
+    add_run_options(parser, ('mpack_lite',))
+    given = ['cep=true', 'max_passed_over=7', 'large_until=0.25', 'weights=1,1,50 RC:2,1,50']
+    arguments = [word for one in given for word in ('--planner', one)]
+    found = node_parameters(tmp_path, run_options(parser.parse_args(arguments)))['planner']
+    assert (found['cep'], found['max_passed_over']) == (True, 7)
+    assert (found['large_until'], found['weights']) == (0.25, '1,1,50 RC:2,1,50')

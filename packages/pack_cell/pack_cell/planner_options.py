@@ -1,0 +1,43 @@
+"""Parameters of the planner on the command line of ``cell run``: ``--planner NAME=VALUE``."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+from typing import Any
+
+from pack_msgs_py.parameters import Value, check_value, parameter_fields
+from pack_planner.parameters import PlannerParameters, settings
+
+#: Parameters that follow from other options of ``cell run``.
+OWN_OPTION = (
+    'algorithm', 'profile', 'orientations', 'size_sigmas', 'max_payload_kg', 'look_ahead',
+    'deadline_s',
+)  # fmt: skip
+
+
+def planner_value(text: str) -> tuple[str, Value]:
+    """An argparse type: ``NAME=VALUE`` as a checked parameter of the node `planner`."""
+    name, equals, written = text.partition('=')
+    specs = {one.name: one for one in parameter_fields(PlannerParameters)}
+    known = [one for one in specs if one not in OWN_OPTION]
+    if not equals or name not in known:
+        msg = f'{text!r} is not NAME=VALUE with one of {", ".join(known)}'
+        raise argparse.ArgumentTypeError(msg)
+    try:
+        value = check_value(specs[name], _typed(type(specs[name].default), written))
+        changed: dict[str, Any] = {name: value}
+        settings(replace(PlannerParameters(), **changed))
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    return name, value
+
+
+def _typed(kind: Any, written: str) -> Value:  # noqa: ANN401 - a type among Value
+    if kind is bool:
+        return {'true': True, 'false': False}.get(written.lower(), written)
+    try:
+        value: Value = kind(written)
+    except ValueError:
+        return written
+    return value
