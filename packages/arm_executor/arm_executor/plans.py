@@ -140,10 +140,10 @@ def _serves(kept: _Kept, request: PlaceRequest, poses: Poses) -> bool:
         and made.station == request.station
         and _near(made.pick, request.pick, DRIFT_M)
         and _near(made.target, request.target, DRIFT_M)
-        and [box for box, _ in made.belt] == [box for box, _ in request.belt]
+        # One that has gone since is no matter, one that has come is.
         and all(
-            _near(was, now, NEIGHBOUR_DRIFT_M)
-            for (_, was), (_, now) in zip(made.belt, request.belt, strict=True)
+            any(box == other and _near(was, now, NEIGHBOUR_DRIFT_M) for other, was in made.belt)
+            for box, now in request.belt
         )
         and kept.poses.keys() == poses.keys()
         and all(_near(was, poses[box_id], DRIFT_M) for box_id, was in kept.poses.items())

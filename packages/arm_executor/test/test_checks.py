@@ -1,0 +1,166 @@
+"""check_placements while the arm moves, and what becomes of the plans; with the timed arm."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import pytest
+from executor_cases import make_box, make_decision, make_goal, make_scan
+from test_core import make_bench
+
+from arm_executor.arm import MotionError
+from arm_executor.outputs import Finished, Progress, Replied
+from arm_executor.timed_arm import TimedArm
+from pack_msgs_py.cell_values import Pose
+from pack_msgs_py.codes import ErrorCode, Phase
+
+__all__ = ['make_bench']
+
+FIRST, SECOND, THIRD = make_box(1), make_box(2), make_box(3)
+NEVER = make_box('never')
+
+
+class Counting(TimedArm):
+    """Notes what it was asked to plan; ``lies`` makes boxes rest elsewhere than they should."""
+
+    def __init__(self, speed=1.0, lies_mm=0.0):
+        super().__init__(speed=speed)
+        self.asked = []
+        self.lies_mm = lies_mm
+
+    def plan(self, request, ahead=None):
+        self.asked.append((request.box.id, ahead is not None))
+        if request.box.id == NEVER.id:
+            raise MotionError(ErrorCode.PATH_IN_COLLISION, 'a hole too narrow')
+        return super().plan(request, ahead)
+
+    def _measured(self, request, fault, spent):
+        result = super()._measured(request, fault, spent)
+        x, y, z = request.target.position
+        return replace(result, measured=Pose((x + self.lies_mm / 1e3, y, z)))
+
+
+def check(bench, *decisions, enough_s=0.0):
+    count = len(bench.of(Replied))
+    bench.core.check(count, [make_goal(one) for one in decisions], enough_s)
+    bench.wait(lambda: len(bench.of(Replied)) > count)
+    return bench.of(Replied)[-1].answer
+
+
+def carrying(bench, phase=Phase.TRANSFERRING):
+    """FIRST is on its way into bin LDC-1, SECOND and THIRD lie on the belt."""
+    bench.core.on_scan(make_scan(FIRST, stamp_s=time.time(), presented=FIRST.id))
+    bench.core.submit(make_goal(make_decision(FIRST), deadline_s=time.time() + 60))
+    bench.wait(lambda: any(one.phase is phase for one in bench.of(Progress)))
+    bench.core.on_scan(make_scan(SECOND, THIRD, NEVER, stamp_s=time.time()))
+    return bench
+
+
+def finish(bench):
+    bench.arm._speed = 0
+    bench.wait(lambda: bench.of(Finished))
+    assert bench.of(Finished)[0].report.code is ErrorCode.NONE
+
+
+def beside(box, revision=2, corner=(300, 0, 0)):
+    return make_decision(box, corner, revision=revision)
+
+
+def place_second(bench):
+    bench.core.on_scan(make_scan(SECOND, stamp_s=time.time(), presented=SECOND.id))
+    bench.core.submit(make_goal(beside(SECOND), deadline_s=time.time() + 60, number=2))
+    bench.wait(lambda: len(bench.of(Finished)) == 2)
+    return bench.of(Finished)[1].report
+
+
+def test_while_a_box_is_carried_candidates_are_judged_by_the_bins_to_come(make_bench):
+    bench = carrying(make_bench(arm=Counting()))
+    begun = time.monotonic()
+    answers = check(
+        bench,
+        beside(SECOND),
+        beside(SECOND, revision=1),
+        make_decision(SECOND, (0, 0, 0), revision=2),
+        beside(FIRST),
+        make_decision(SECOND, (0, 0, 0), revision=1, bin_id='LDC-2', serial=2),
+    )
+    assert time.monotonic() - begun < 2.0, 'the arm still moves'
+    assert bench.of(Finished) == []
+    codes = [one.code for one in answers]
+    assert codes[:2] == [ErrorCode.NONE, ErrorCode.STALE_BIN_REVISION]
+    assert codes[2] is ErrorCode.RULE_VIOLATION and FIRST.id in answers[2].message
+    assert codes[3] is ErrorCode.DUPLICATE_BOX
+    assert codes[4] in (ErrorCode.NONE, ErrorCode.INVALID_GOAL)
+    assert 2.0 < answers[0].motion_s < 10.0
+
+
+def test_before_the_motion_has_begun_nobody_knows_what_will_be(make_bench):
+    bench = make_bench(arm=Counting())
+    bench.core.on_scan(make_scan(FIRST, SECOND, stamp_s=time.time()))
+    bench.core.submit(make_goal(make_decision(FIRST), deadline_s=time.time() + 60))
+    bench.wait(lambda: any(one.phase is Phase.WAITING for one in bench.of(Progress)))
+    (answer,) = check(bench, beside(SECOND, revision=1))
+    assert answer.code is ErrorCode.BUSY
+
+
+def test_the_plan_made_ahead_serves_the_goal(make_bench):
+    bench = carrying(make_bench(arm=Counting()))
+    check(bench, beside(SECOND))
+    finish(bench)
+    report = place_second(bench)
+    assert report.code is ErrorCode.NONE
+    assert bench.arm.asked == [(FIRST.id, False), (SECOND.id, True)]
+    assert report.planning_s < 0.05
+
+
+@pytest.mark.parametrize(('lies_mm', 'anew'), [(0.4, False), (0.6, True)])
+def test_a_plan_made_for_boxes_that_stand_elsewhere_is_made_anew(make_bench, lies_mm, anew):
+    bench = carrying(make_bench(arm=Counting(lies_mm=lies_mm)))
+    check(bench, beside(SECOND))
+    finish(bench)
+    place_second(bench)
+    assert bench.arm.asked[2:] == [(SECOND.id, False)] * anew
+
+
+def test_a_plan_that_starts_where_a_stopped_motion_would_have_ended_is_made_anew(make_bench):
+    bench = carrying(make_bench(arm=Counting()))
+    check(bench, beside(SECOND))
+    bench.core.cancel(bytes([1] * 16))
+    bench.wait(lambda: bench.of(Finished))
+    bench.arm._speed = 0
+    bench.core.on_scan(make_scan(SECOND, stamp_s=time.time(), presented=SECOND.id))
+    decision = beside(SECOND, revision=1)
+    bench.core.submit(make_goal(decision, deadline_s=time.time() + 60, number=2))
+    bench.wait(lambda: len(bench.of(Finished)) == 2)
+    assert bench.of(Finished)[1].report.code is ErrorCode.NONE
+    assert bench.arm.asked[2:] == [(SECOND.id, False)]
+
+
+def test_the_first_that_will_do_is_the_last_that_is_looked_at(make_bench):
+    bench = make_bench(arm=Counting())
+    bench.core.on_scan(make_scan(SECOND, THIRD, NEVER, stamp_s=time.time()))
+    candidates = [beside(one, revision=1) for one in (NEVER, SECOND, THIRD)]
+    codes = [one.code for one in check(bench, *candidates, enough_s=10.0)]
+    assert codes == [ErrorCode.PATH_IN_COLLISION, ErrorCode.NONE, ErrorCode.BUSY]
+    assert [one for one, _ in bench.arm.asked] == [NEVER.id, SECOND.id]
+    codes = [one.code for one in check(bench, *candidates, enough_s=0.1)]
+    assert codes == [ErrorCode.PATH_IN_COLLISION, ErrorCode.NONE, ErrorCode.NONE]
+    assert [one for one, _ in bench.arm.asked] == [NEVER.id, SECOND.id, THIRD.id], 'asked once each'
+
+
+def test_candidates_for_a_bin_that_was_just_swapped_find_it_empty(make_bench):
+    bench = make_bench(arm=Counting())
+    bench.place(FIRST)
+    bench.core.on_scan(make_scan(SECOND, stamp_s=time.time()))
+    new = bench.core.swap('LDC-1', 2)
+    fresh = make_decision(SECOND, revision=new.revision, bin_id=new.id, serial=new.serial)
+
+    def answered():
+        (answer,) = check(bench, fresh)
+        assert answer.code in (ErrorCode.NONE, ErrorCode.BUSY)
+        return answer.code is ErrorCode.NONE
+
+    until = time.monotonic() + 5.0
+    while not answered():
+        assert time.monotonic() < until
