@@ -13,9 +13,9 @@ from arm_executor.outcome import angle_between
 from pack_msgs_py.cell_values import Pose, Scan
 from pack_msgs_py.values import Box
 
-#: Boxes in bins, and the target, may be this far from where a plan took them to be. The arm lets
-#: go half a millimetre above what it stands on, and keeps at least 1 mm from everything else.
-DRIFT_M, DRIFT_RAD = 0.0005, 0.002
+#: How far the target may be from where a plan took it to be: the arm lets go half a millimetre
+#: above what it stands on. And the other boxes: half of the gap that profile `cell` keeps.
+TARGET_DRIFT_M, DRIFT_M, DRIFT_RAD = 0.0005, 0.002, 0.005
 #: Neighbours on the belt that stand this near behind the box must be kept clear of.
 NEIGHBOUR_REACH_M = 0.5
 #: Neighbours may stand this much elsewhere without a new plan.
@@ -138,8 +138,8 @@ def _serves(kept: _Kept, request: PlaceRequest, poses: Poses) -> bool:
     return (
         made.box == request.box
         and made.station == request.station
-        and _near(made.pick, request.pick, DRIFT_M)
-        and _near(made.target, request.target, DRIFT_M)
+        and _near(made.pick, request.pick, TARGET_DRIFT_M)
+        and _near(made.target, request.target, TARGET_DRIFT_M)
         # One that has gone since is no matter, one that has come is.
         and all(
             any(box == other and _near(was, now, NEIGHBOUR_DRIFT_M) for other, was in made.belt)

@@ -114,7 +114,7 @@ def test_the_plan_made_ahead_serves_the_goal(make_bench):
     assert report.planning_s < 0.05
 
 
-@pytest.mark.parametrize(('lies_mm', 'anew'), [(0.4, False), (0.6, True)])
+@pytest.mark.parametrize(('lies_mm', 'anew'), [(1.9, False), (2.1, True)])
 def test_a_plan_made_for_boxes_that_stand_elsewhere_is_made_anew(make_bench, lies_mm, anew):
     bench = carrying(make_bench(arm=Counting(lies_mm=lies_mm)))
     check(bench, beside(SECOND))
