@@ -7,80 +7,132 @@ from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pack_planner.bench.paper import NAMES
+from pack_planner.bench.report import name, title
 from pack_planner.bench.values import JsonObject
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+#: Colours that people who see few colours tell apart (Okabe and Ito, Color Universal Design, 2008).
 _COLOURS = (
-    '#1b5e9c', '#d1495b', '#2e8b57', '#e09f3e', '#7b4fa3', '#3a9fb0', '#8c5a3c', '#6b7280',
+    '#0072B2', '#E69F00', '#009E73', '#CC79A7', '#D55E00', '#56B4E9', '#000000', '#8C6D31',
 )  # fmt: skip
+_MARKERS = ('o', 's', '^', 'D', 'v', 'P', 'X', '*', '<', '>', 'p')
+
+#: The algorithms of the paper look the same in every figure.
+_OF_PAPER = {
+    'mpack_lite': 0, 'first_fit': 1, 'o_first_fit': 2, 'best_fit': 3, 'o_best_fit': 4,
+    'o_jampack': 5, 'mpack': 6,
+}  # fmt: skip
 
 
 def draw(records: Sequence[JsonObject]) -> Figure:
-    """The figure; solid lines are ours, dotted ones the paper's."""
+    """The figure: our fill, the paper's where there is one, and time with the paper's dotted."""
     from matplotlib.figure import Figure
 
     bins = list(dict.fromkeys(one['bin'] for one in records))
-    algorithms = list(dict.fromkeys(one['algorithm'] for one in records))
-    figure = Figure(figsize=(max(7.0, 3.1 * len(bins)), 6.4), layout='constrained')
-    axes = figure.subplots(2, len(bins), squeeze=False, sharex=True, sharey='row')
+    series = {name(one): title(one) for one in records}
+    styles = _styles(records)
+    with_paper = any(one['paper'] for one in records)
+    rows = 3 if with_paper else 2
+    figure = Figure(figsize=(max(7.0, 3.1 * len(bins)), 1.0 + 2.7 * rows), layout='constrained')
+    axes = figure.subplots(rows, len(bins), squeeze=False, sharex=True)
+    looks = sorted({one['look_ahead'] for one in records})
+    # side by side, so that equal fills do not hide each other
+    step = min(0.09, 0.5 / len(series)) if len(looks) > 1 else 0.0
     for column, bin_name in enumerate(bins):
-        fill, time = axes[0][column], axes[1][column]
-        for number, algorithm in enumerate(algorithms):
+        here = [one for one in records if one['bin'] == bin_name]
+        fill, time = axes[0][column], axes[-1][column]
+        for number, label in enumerate(series):
             chosen = sorted(
-                (one for one in records if (one['bin'], one['algorithm']) == (bin_name, algorithm)),
-                key=lambda one: int(one['look_ahead']),
+                (one for one in here if name(one) == label), key=lambda one: int(one['look_ahead'])
             )
-            _lines(fill, time, chosen, algorithm, _COLOURS[number % len(_COLOURS)])
+            shift = step * (number - (len(series) - 1) / 2)
+            _ours(fill, time, chosen, series[label], styles[label], shift)
+            if with_paper:
+                _papers(axes[1][column], time, chosen, styles[label], shift)
         fill.set_title(bin_name)
+        _set_range(fill, [one['fill_closed'] for one in here if one['fill_closed'] is not None])
         time.set_yscale('log')
+        time.set_ylim(_time_range(records))
         time.set_xlabel('look-ahead, boxes')
-        looks = sorted({one['look_ahead'] for one in records})
         time.set_xticks(looks)
-        for one in (fill, time):
-            one.grid(visible=True, alpha=0.3)
-            one.spines[['top', 'right']].set_visible(False)
-    fills = [one['fill_closed'] for one in records if one['fill_closed'] is not None]
-    fills += [one['paper']['fill'] for one in records if one['paper']]
-    if fills:
-        # a few collections have confidence intervals far beyond what is to be seen
-        axes[0][0].set_ylim(max(0.0, min(fills) - 4.0), min(100.0, max(fills) + 4.0))
+    for one in axes.flat:
+        one.grid(visible=True, alpha=0.3)
+        one.spines[['top', 'right']].set_visible(False)
     axes[0][0].set_ylabel('fill of closed bins, %')
-    axes[1][0].set_ylabel('mean time of a decision, s')
+    axes[-1][0].set_ylabel('mean time of a decision, s')
     handles, labels = axes[0][0].get_legend_handles_labels()
-    if any(one['paper'] for one in records):
-        handles.append(axes[0][0].plot([], [], ':', color='#555555')[0])
-        labels.append('dotted: the paper')
-    figure.legend(handles, labels, loc='outside lower center', ncols=min(6, len(labels)))
+    if with_paper:
+        axes[1][0].set_ylabel("the paper's fill, %")
+        handles += axes[1][0].plot([], [], ':o', color='#555555', markerfacecolor='white')
+        labels.append('the paper (its own boxes but for SYN)')
+    figure.legend(handles, labels, loc='outside lower center', ncols=min(8, len(labels)))
     return figure
 
 
-def _lines(
-    fill: Axes, time: Axes, records: Sequence[JsonObject], algorithm: str, colour: str
+def _set_range(axes: Axes, values: Sequence[float]) -> None:
+    """Show ``values``; few collections have confidence intervals far beyond what is to be seen."""
+    if values:
+        axes.set_ylim(max(0.0, min(values) - 2.5), min(100.0, max(values) + 2.5))
+
+
+def _time_range(records: Sequence[JsonObject]) -> tuple[float, float]:
+    """Limits that hold every mean time, ours and the paper's, seconds."""
+    times = [one['decision_s']['mean'] for one in records]
+    times += [one['paper']['seconds'] for one in records if one['paper']]
+    known = [one for one in times if one]
+    return (min(known) / 1.7, max(known) * 1.7) if known else (1e-4, 1.0)
+
+
+_Style = tuple[str, str]
+
+
+def _styles(records: Sequence[JsonObject]) -> dict[str, _Style]:
+    """Colour and marker of each series; no two have both in common."""
+    found: dict[str, _Style] = {}
+    others = 0
+    for one in records:
+        label, number = name(one), _OF_PAPER.get(one['algorithm'])
+        if label in found:
+            continue
+        if number is None or label != one['algorithm']:
+            number = len(_OF_PAPER) + others
+            others += 1
+        # the markers go on where the colours begin again
+        found[label] = _COLOURS[number % len(_COLOURS)], _MARKERS[number % len(_MARKERS)]
+    return found
+
+
+def _ours(
+    fill: Axes, time: Axes, records: Sequence[JsonObject], label: str, style: _Style, shift: float
 ) -> None:
+    colour, marker = style
     known = [one for one in records if one['fill_closed'] is not None]
-    looks = [one['look_ahead'] for one in known]
     fill.errorbar(
-        looks,
+        [one['look_ahead'] + shift for one in known],
         [one['fill_closed'] for one in known],
         [one['fill_closed_ci95'] or 0.0 for one in known],
-        color=colour, marker='o', markersize=3.5, capsize=2, linewidth=1.4,
-        label=NAMES.get(algorithm, algorithm),
+        color=colour, marker=marker, markersize=4.5, elinewidth=0.7, linewidth=1.3, label=label,
     )  # fmt: skip
     timed = [one for one in records if one['decision_s']['mean'] is not None]
     time.plot(
-        [one['look_ahead'] for one in timed],
+        [one['look_ahead'] + shift for one in timed],
         [one['decision_s']['mean'] for one in timed],
-        color=colour, marker='o', markersize=3.5, linewidth=1.4,
+        color=colour, marker=marker, markersize=4.5, linewidth=1.3,
     )  # fmt: skip
+
+
+def _papers(
+    fill: Axes, time: Axes, records: Sequence[JsonObject], style: _Style, shift: float
+) -> None:
+    colour, marker = style
     paper = [one for one in records if one['paper']]
     for axes, key in ((fill, 'fill'), (time, 'seconds')):
         axes.plot(
-            [one['look_ahead'] for one in paper], [one['paper'][key] for one in paper],
-            ':', color=colour, linewidth=1.2,
+            [one['look_ahead'] + shift for one in paper], [one['paper'][key] for one in paper],
+            ':', color=colour, marker=marker, markersize=4, markerfacecolor='white', linewidth=1.1,
         )  # fmt: skip
 
 

@@ -22,7 +22,9 @@ def percent(value: float | None) -> str:
 
 def milliseconds(value: float | None) -> str:
     """Seconds as milliseconds with three significant digits."""
-    return MISSING if value is None else f'{1e3 * value:.3g}'
+    if value is None:
+        return MISSING
+    return f'{1e3 * value:.0f}' if value >= 1.0 else f'{1e3 * value:.3g}'
 
 
 def with_ci(record: JsonObject) -> str:
