@@ -105,7 +105,7 @@ def test_a_box_that_was_passed_over_too_often_goes_to_the_reject_lane():
 
 
 def test_the_box_that_is_to_be_picked_next_is_not_rejected_for_its_laps():
-    cell = Cell(max_laps=1, belt_mode='continuous')
+    cell = Cell(max_laps=1, belt_mode='continuous', pick_window=4.0)
     cell.step(3.0)
     cell.decide('b0')
     cell.step(60.0)
