@@ -19,6 +19,8 @@ ARGUMENTS = {
     'deadline_s': ('5.5', 'seconds a box may take'),
     'speed': ('1.0', 'robot time against wall time; 0: as fast as possible'),
     'arm': ('physics', 'physics or timed'),
+    'robot': ('', 'ur5e, ur10e, ur16e, ur20 or ur30; empty: that of the layout'),
+    'layout': ('', 'YAML file of the layout; empty: the default'),
     'state_dir': ('', 'folder of the journals; empty: state is lost with the node'),
 }
 
@@ -74,6 +76,8 @@ def generate_launch_description() -> LaunchDescription:
         parameters=[
             {
                 'arm': typed('arm', str),
+                'robot': typed('robot', str),
+                'layout': typed('layout', str),
                 'bin_type': typed('bin_type', str),
                 'open_bins': typed('open_bins', int),
                 'profile': typed('profile', str),
