@@ -14,8 +14,9 @@ from pack_msgs_py.cell_values import Pose, Scan
 from pack_msgs_py.values import Box
 
 #: How far the target may be from where a plan took it to be: the arm lets go half a millimetre
-#: above what it stands on. And the other boxes: half of the gap that profile `cell` keeps.
-TARGET_DRIFT_M, DRIFT_M, DRIFT_RAD = 0.0005, 0.002, 0.005
+#: above what it stands on. And the other boxes: sideways half of the gap that profile `cell` keeps;
+#: a box passes over them with more air than they can be higher.
+TARGET_DRIFT_M, DRIFT_M, DRIFT_UP_M, DRIFT_RAD = 0.0005, 0.002, 0.005, 0.005
 #: Neighbours on the belt that stand this near behind the box must be kept clear of.
 NEIGHBOUR_REACH_M = 0.5
 #: Neighbours may stand this much elsewhere without a new plan.
@@ -146,7 +147,16 @@ def _serves(kept: _Kept, request: PlaceRequest, poses: Poses) -> bool:
             for box, now in request.belt
         )
         and kept.poses.keys() == poses.keys()
-        and all(_near(was, poses[box_id], DRIFT_M) for box_id, was in kept.poses.items())
+        and all(_stays(was, poses[box_id]) for box_id, was in kept.poses.items())
+    )
+
+
+def _stays(was: Pose, now: Pose) -> bool:
+    """Whether a box in a bin is where a plan took it to be."""
+    aside = math.dist(was.position[:2], now.position[:2])
+    up = abs(was.position[2] - now.position[2])
+    return was is now or (
+        aside <= DRIFT_M and up <= DRIFT_UP_M and angle_between(was, now) <= DRIFT_RAD
     )
 
 
