@@ -76,6 +76,8 @@ def run(arguments: argparse.Namespace, sigma: float, margin: float) -> str:
         if done.returncode not in (0, 1):
             raise SystemExit(f'{" ".join(command)} ended with {done.returncode}: {done.stderr}')
         summary, rows = json.loads((folder / 'summary.json').read_text()), placed_rows(folder)
+    for problem in summary['problems']:
+        print(f'sigma {sigma:g}, k {margin:g}: {problem}', file=sys.stderr)
     deep = sorted(contacts(rows))
     codes = summary['goal_codes']
     cells = [

@@ -52,7 +52,7 @@ def read_ledger(state: Path) -> Ledger | None:
 
 def accounts(ledger: Ledger, record: RunRecord) -> dict[str, Any]:
     """How many boxes were fed, and where they are; ``sum_is_right`` says whether that is all."""
-    places = Counter(ledger.places.values())
+    places = Counter(_places(ledger, record).values())
     found: dict[str, Any] = {
         'fed': len(ledger.places),
         'placed': places['placed'],
@@ -73,12 +73,26 @@ def accounts(ledger: Ledger, record: RunRecord) -> dict[str, Any]:
 
 def disagreements(ledger: Ledger, record: RunRecord) -> list[str]:
     """Boxes that the conveyor's ledger and the bins do not agree about, a line each."""
-    in_bins = {placed.box.id for one in record.every_bin() for placed in one.boxes}
-    by_ledger = {box_id for box_id, place in ledger.places.items() if place == 'placed'}
+    in_bins = _in_bins(record)
+    places = _places(ledger, record)
+    by_ledger = {box_id for box_id, place in places.items() if place == 'placed'}
     lines = [f'box {one!r} is in a bin, not by the ledger' for one in sorted(in_bins - by_ledger)]
     return lines + [
         f'box {one!r} is placed by the ledger, and in no bin' for one in sorted(by_ledger - in_bins)
     ]
+
+
+def _in_bins(record: RunRecord) -> set[str]:
+    return {placed.box.id for one in record.every_bin() for placed in one.boxes}
+
+
+def _places(ledger: Ledger, record: RunRecord) -> dict[str, str]:
+    """The ledger, brought up to date: of the last box it may not have heard that it was placed."""
+    in_bins = _in_bins(record)
+    return {
+        box_id: 'placed' if place == 'picked' and box_id in in_bins else place
+        for box_id, place in ledger.places.items()
+    }
 
 
 def waits(ledger: Ledger) -> dict[str, Any]:

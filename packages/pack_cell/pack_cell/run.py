@@ -35,7 +35,7 @@ EXIT_USAGE = 2
 EXIT_NODE_DIED = 3
 EXIT_STALLED = 4
 
-#: How long to listen for what the nodes said before they ended.
+#: How long the nodes get to hear of the last box, and are listened to after their end.
 LAST_WORDS_S = 0.5
 #: How often the memory of the nodes is measured.
 MEMORY_PERIOD_S = 1.0
@@ -210,8 +210,10 @@ class Watch:
             display.say(f'[red]       {death}; started again[/]')
         self._measure()
         idle = time.monotonic() - self._last_change
-        if self.record.complete() and (self.record.all_reported() or idle > REPORT_PATIENCE_S):
-            return Ending(EXIT_OK)
+        if self.record.complete():
+            reported = self.record.all_reported()
+            if idle > (LAST_WORDS_S if reported else REPORT_PATIENCE_S):
+                return Ending(EXIT_OK)
         if idle > self.options.stall_timeout_s:
             left = self.record.supplied - self.record.settled
             reason = f'nothing has happened for {idle:.0f} s, {left} boxes have not come to an end'

@@ -54,6 +54,12 @@ def test_a_box_of_which_ledger_and_bins_say_different_things_is_named():
     assert "box 'a' is in a bin" in lines[0] and "box 'c' is placed by the ledger" in lines[1]
 
 
+def test_the_ledger_may_not_have_heard_that_the_last_box_was_placed():
+    late = Ledger({**LEDGER.places, 'a': 'picked'}, LEDGER.reasons, {})
+    assert disagreements(late, shown()) == []
+    assert accounts(late, shown())['placed'] == 1
+
+
 def test_the_ledger_of_a_conveyor_is_read_as_it_was_written(tmp_path):
     assert read_ledger(tmp_path) is None
     written = ConveyorLedger(tmp_path, 'stream', 'of a test')
