@@ -320,7 +320,7 @@ def test_box_that_comes_off_the_pad_is_lost_and_noticed_before_the_release(arm):
 
 
 #: Low and high corner of a wall on the way to station A: in that of the box, or of the wrist.
-BEFORE_BOX = ((-0.5, 0.35, 0.6), (-0.4, 1.5, 1.15))
+BEFORE_BOX = ((-0.5, 0.35, 0.6), (-0.4, 1.5, 1.05))
 BEFORE_WRIST = ((-0.6, 0.75, 1.3), (-0.5, 1.5, 2.4))
 
 

@@ -71,14 +71,16 @@ def taut(
     half = what.footprint(across[:, 4])
     begin, end = ends
     near = np.minimum(way, way[-1] - way)
-    tops = obstacles.tops(pads, half, np.full(len(pads), BESIDE))
+    # A rounded corner comes nearer to what it goes round.
+    wider = np.clip(near, BESIDE, BESIDE + corner / 10)
+    tops = obstacles.tops(pads, half, wider)
     room = max(CLEAR, _ROUND * corner)
     exits = []
     for index, height in ((0, begin), (-1, end)):
         beside = tops[index] > height - what.height + 0.005
         exits.append(max(height, tops[index] + what.height + room if beside else 0.0))
     middle = (near > BESIDE) & (np.arange(len(way)) > 0) & (np.arange(len(way)) < len(way) - 1)
-    air = np.minimum(CLEAR, _LIFT + near / 2)
+    air = np.minimum(max(CLEAR, corner / 4), _LIFT + near / 2)
     along = np.r_[0.0, way[middle], way[-1]]
     heights = np.r_[exits[0], (tops + air)[middle] + what.height, exits[1]]
     rows = np.r_[0, np.nonzero(middle)[0], len(way) - 1]

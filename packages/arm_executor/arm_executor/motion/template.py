@@ -30,6 +30,8 @@ DROP = 0.0005
 _LOWEST, _HIGHEST = 0.010, 0.003
 #: Distance between a box and the edges of an open front that it goes round.
 _BEFORE_FRONT = 0.03
+#: A box reaches its place behind a front from this much aside and before.
+_ASIDE = 0.014
 #: Samples of a way across, and their spacing where the way has corners.
 _ACROSS, _SPACING = 48, 0.03
 #: The empty pad at any turn, with some air.
@@ -285,33 +287,37 @@ def _through(front: Front, outer: Waypoint, inner: Waypoint, what: Carried, styl
     ahead = math.copysign(1.0, ty)
     side = 1.0 if x > (front.x_low + front.x_high) / 2 else -1.0
     wall = front.x_high if side > 0 else front.x_low
+    # Past the walls with some air; the last little way sideways and back.
+    low, high = (front.x_low + ex, front.x_high - ex)
+    air = min(_ASIDE, (high - low) / 2)
+    beside = (min(max(tx, low + air), high - air), ty - ahead * _ASIDE)
     inside = wall - side * (ex + _BEFORE_FRONT + style.corner / 4)
-    aslant = style.slant and (tx - inside) * side < 0
+    slant = style.slant and low < inside < high
+    turn_x = inside if slant else beside[0]
     # Rounding a corner cuts it by a sixth; going straight in, the round must be over before.
-    room = _BEFORE_FRONT + style.corner / 6 if aslant else 0.6 * style.corner
-    line_y = front.y - ahead * (ey + max(_BEFORE_FRONT, room))
+    room = _BEFORE_FRONT + style.corner / 6 if slant else max(_BEFORE_FRONT, style.corner / 2)
+    line_y = front.y - ahead * (ey + room)
     if y * ahead < 0:
         # From behind the rail: round the arm to before the place, then straight in.
-        before = waypoint(inner[0], (tx, line_y, 0.0), inner[4], inner[1])
-        entry = _cartesian([before, inner], [_xy(before), (tx, ty)])
+        before = waypoint(inner[0], (beside[0], line_y, 0.0), inner[4], inner[1])
+        entry = _cartesian([before, inner], [_xy(before), beside, (tx, ty)])
         return np.vstack([_straight(outer, before)[:-1], entry])
-    turn_x = inside if aslant else tx
-    corner_x = wall + side * (front.wall + ex + max(_BEFORE_FRONT, room))
+    corner_x = wall + side * (front.wall + ex + room)
     points = [(x, y)]
     if (x - corner_x) * side > 0 and (y - line_y) * ahead > 0:
         points.append((corner_x, line_y))
-    points += [(turn_x, line_y), (tx, ty)]
+    points += [(turn_x, line_y), beside, (tx, ty)]
     return _cartesian([outer, inner], points)
 
 
 def _cartesian(ends: Sequence[Waypoint], points: Sequence[tuple[float, float]]) -> Array:
-    """Samples (n, 5) along ``points``, straight in x and y; turned at the last but one."""
+    """Samples (n, 5) along ``points``, straight in x and y; turned two points before the end."""
     table = np.array(points)
     lengths = np.linalg.norm(np.diff(table, axis=0), axis=1)
     knots = np.r_[0.0, np.cumsum(lengths)]
     at = np.linspace(0.0, knots[-1], max(8, math.ceil(knots[-1] / _SPACING)))
     begin, end = ends
-    turned = knots[-2] if len(points) > 2 else knots[-1]
+    turned = knots[-3] or knots[-1]
     rows: list[Waypoint] = []
     for way in at:
         share = way / knots[-1]
