@@ -7,7 +7,7 @@ nobody ever sees a bin that a crash could undo.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from arm_executor.journal import Journal
@@ -59,15 +59,22 @@ class BinBook:
     spec : kind of every bin.
     count : bins that stand in the cell, 1 to 3; missing ones are opened by :meth:`recover`.
     now : wall clock, seconds since the epoch.
+    destinations : what the stations serve at the start, in turn; none for any box anywhere.
     """
 
     def __init__(
-        self, journal: Journal, spec: BinSpec, count: int, now: Callable[[], float]
+        self,
+        journal: Journal,
+        spec: BinSpec,
+        count: int,
+        now: Callable[[], float],
+        destinations: Sequence[str] = (),
     ) -> None:
         self._journal = journal
         self._spec = spec
         self._count = count
         self._now = now
+        self._destinations = tuple(destinations) or ('',)
         self._lock = threading.RLock()
         self._last_stamp_s = max((event.stamp_s for event in journal.events(REPEATED)), default=0.0)
         self.ids_in_bins = journal.box_ids_in_bins()
@@ -104,9 +111,10 @@ class BinBook:
                     self._journal.set_step(one.id, Step.RETURNED, event.stamp_s)
                     self._journal.add_event(event)
                 standing = {one.station for one in self._journal.open_bins()}
-                for station in STATIONS[: self._count]:
+                for number, station in enumerate(STATIONS[: self._count]):
                     if station not in standing:
-                        self._journal.add_bin(self._new_bin(station), self._stamp())
+                        serves = self._destinations[number % len(self._destinations)]
+                        self._journal.add_bin(self._new_bin(station, serves), self._stamp())
             self._load()
             return found
 
@@ -116,10 +124,11 @@ class BinBook:
         poses = {one.placed.box.id: one.pose for one in attempts}
         self.state = BookState(self._journal.revision(), bins, poses)
 
-    def _new_bin(self, station: str) -> Bin:
+    def _new_bin(self, station: str, destination: str) -> Bin:
         serial = self._journal.last_serial() + 1
         # Revisions start at 1, since 0 asks swap_bin to skip the check.
-        return Bin(f'{self._spec.name}-{serial}', serial, self._spec, (), station, 1)
+        name = f'{self._spec.name}-{serial}'
+        return Bin(name, serial, self._spec, (), station, 1, destination)
 
     def settled(self, poses: Mapping[str, Pose], revise: frozenset[int] = frozenset()) -> None:
         """All boxes were measured, outside of a placement; what was in doubt is now verified.
@@ -258,8 +267,10 @@ class BinBook:
 
     # -- bins -----------------------------------------------------------------------------------
 
-    def swap(self, bin_id: str, revision: int) -> tuple[Bin, Bin]:
+    def swap(self, bin_id: str, revision: int, destination: str = '') -> tuple[Bin, Bin]:
         """Close ``bin_id`` and open an empty bin at its station; returns both.
+
+        The new one serves ``destination``, or if that is empty the same as the old one.
 
         :class:`BookError` when there is no such bin, it has changed since ``revision`` (0: not
         checked), or a placement into it is under way.
@@ -276,7 +287,7 @@ class BinBook:
             if self.attempt is not None and self.attempt.bin_serial == old.serial:
                 msg = f'box {self.attempt.placed.box.id!r} is being placed into bin {bin_id!r}'
                 raise BookError(msg)
-            new = self._new_bin(old.station)
+            new = self._new_bin(old.station, destination or old.destination)
             stamp = self._stamp()
             with self._journal.transaction():
                 self._journal.close_bin(old.serial, stamp)

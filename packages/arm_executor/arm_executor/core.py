@@ -231,7 +231,7 @@ class ExecutorCore:
         view = View(situation, self._tools, in_step=serials == self._in_world)
         return foresee(view, placing, under_way=attempt is not None)
 
-    def swap(self, bin_id: str, revision: int) -> Bin:
+    def swap(self, bin_id: str, revision: int, destination: str = '') -> Bin:
         """Close a bin and open an empty one; :class:`BookError` says why not."""
         placing = self._placing
         if self._fault or self._tools is None:
@@ -242,7 +242,7 @@ class ExecutorCore:
             raise BookError(msg)
         poses = self._book.state.poses
         try:
-            old, new = self._book.swap(bin_id, revision)
+            old, new = self._book.swap(bin_id, revision, destination)
         except JournalError as error:
             self._fail(error)
             raise BookError(str(error)) from error

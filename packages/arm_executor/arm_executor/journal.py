@@ -29,7 +29,7 @@ from pack_msgs_py.codes import BoxEventKind, Reason
 from pack_msgs_py.values import Bin, BinSpec
 
 FILE_NAME = 'executor.sqlite'
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 
 _SCHEMA = """
 CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL);
@@ -39,6 +39,7 @@ CREATE TABLE bin (
     type TEXT NOT NULL,
     size_mm TEXT NOT NULL,
     station TEXT NOT NULL,
+    destination TEXT NOT NULL,
     revision INTEGER NOT NULL,
     opened_s REAL NOT NULL,
     closed_s REAL
@@ -211,7 +212,8 @@ class Journal:
         """A bin was opened."""
         row = (one.serial, one.id, one.spec.name, json.dumps(one.spec.size_mm), one.station)
         self._db.execute(
-            'INSERT INTO bin VALUES (?, ?, ?, ?, ?, ?, ?, NULL)', (*row, one.revision, stamp_s)
+            'INSERT INTO bin VALUES (?, ?, ?, ?, ?, ?, ?, ?, NULL)',
+            (*row, one.destination, one.revision, stamp_s),
         )
 
     def close_bin(self, serial: int, stamp_s: float) -> None:
@@ -297,7 +299,8 @@ class Journal:
 
     def _bins(self, condition: str) -> tuple[Bin, ...]:
         rows = self._db.execute(
-            f'SELECT serial, id, type, size_mm, station, revision FROM bin WHERE {condition}'
+            'SELECT serial, id, type, size_mm, station, destination, revision '
+            f'FROM bin WHERE {condition}'
         ).fetchall()
         return tuple(
             Bin(
@@ -307,8 +310,9 @@ class Journal:
                 boxes=tuple(one.in_bin for one in self.attempts_in(serial)),
                 station=station,
                 revision=revision,
+                destination=destination,
             )
-            for serial, name, kind, size, station, revision in rows
+            for serial, name, kind, size, station, destination, revision in rows
         )
 
     def attempts_in(self, serial: int) -> list[Attempt]:

@@ -55,7 +55,7 @@ from arm_executor.outputs import (
     Said,
 )
 from arm_executor.records import configuration
-from arm_executor.settings import Parameters, settings_from
+from arm_executor.settings import Parameters, destinations_from, settings_from
 from arm_executor.truth import Truth
 from pack_msgs.action import PlaceBox
 from pack_msgs.msg import BoxScan
@@ -116,7 +116,8 @@ class ArmExecutor(Node):
         )
         settings = settings_from(parameters, self._layout)
         self._journal = Journal(parameters.state_dir, configuration(spec, settings.profile))
-        self._book = BinBook(self._journal, spec, parameters.open_bins, self._now_s)
+        destinations = destinations_from(parameters)
+        self._book = BinBook(self._journal, spec, parameters.open_bins, self._now_s, destinations)
         # What is in the bins outlives a restart only where a world is rebuilt from it.
         self._truth = Truth(parameters.state_dir if parameters.arm == 'physics' else '')
         make = arm_factory or partial(arm_from, truth=self._truth)

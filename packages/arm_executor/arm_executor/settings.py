@@ -38,6 +38,12 @@ class Parameters:
     bin_type: str = parameter(
         'LDC', 'Kind of every bin: LDC, RC, PAL, EQ, SYN or LxBxH in centimetres.', read_only=True
     )
+    destinations: str = parameter(
+        '',
+        'Destinations that the bins serve at the start, separated by commas: the first station the '
+        'first one and so on, and round again. Empty: any box goes into any bin.',
+        read_only=True,
+    )
     open_bins: int = parameter(
         1, 'Bins that stand in the cell at a time.', low=1, high=3, read_only=True
     )
@@ -119,6 +125,12 @@ class Settings:
     present_timeout_s: float = 30.0
     enforce_deadline: bool = True
     watchdog_s: float = 10.0
+
+
+def destinations_from(parameters: Parameters) -> tuple[str, ...]:
+    """What the stations serve at the start, in turn; nothing for any box anywhere."""
+    names = (one.strip() for one in parameters.destinations.split(','))
+    return tuple(one for one in names if one)
 
 
 def settings_from(parameters: Parameters, layout: Layout | None = None) -> Settings:

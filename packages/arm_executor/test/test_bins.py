@@ -216,3 +216,22 @@ def told(expected, book):
     ids = dict(book._journal._db.execute('SELECT box_id, id FROM attempt').fetchall())
     words = {'bin': 'PLACED', 'lost': 'LOST', 'belt': 'RETURNED'}
     return {box: words[place] for box, place in expected.items() if ids[box] in picked}
+
+
+def test_stations_serve_destinations_in_turn_and_a_swapped_bin_another_if_asked(tmp_path):
+    def made():
+        journal = Journal(tmp_path, CONFIG)
+        found = BinBook(journal, LDC, 3, lambda: 100.0, ('north', 'south'))
+        found.recover()
+        return journal, found
+
+    journal, book = made()
+    assert [one.destination for one in book.state.bins] == ['north', 'south', 'north']
+    assert book.swap('LDC-1', 0)[1].destination == 'north'
+    assert book.swap('LDC-2', 0, 'east')[1].destination == 'east'
+    standing = {one.id: one.destination for one in book.state.bins}
+    journal.close()
+    journal, again = made()
+    assert {one.id: one.destination for one in again.state.bins} == standing
+    assert again.swap('LDC-5', 0)[1].destination == 'east'
+    journal.close()

@@ -344,7 +344,7 @@ class Coordinator:
             target = next(one for one in self._bins() if one.id == outcome.target.id)
             self._out.info(f'closing bin {target.id!r} at {target.fill_rate:.1%}: nothing fits')
             self._swap = (target, self._clock())
-            self._out.swap(target)
+            self._out.swap(target, outcome.destination)
         elif isinstance(outcome, Wait):
             self._stale_inputs = True
 

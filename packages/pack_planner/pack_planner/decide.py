@@ -11,6 +11,7 @@ from pack_msgs_py.orientation import QUATERNIONS, oriented_size
 from pack_msgs_py.values import Bin, Box, PlacedBox, Vec3
 from pack_planner.algorithms.base import Memory
 from pack_planner.algorithms.warm_up import warm_up
+from pack_planner.closing import next_destination
 from pack_planner.engine import Engine, Weights
 from pack_planner.policy import Settings, Situation, next_step
 
@@ -29,9 +30,10 @@ class Place:
 
 @dataclass(frozen=True)
 class Close:
-    """Nothing fits: close this bin."""
+    """Nothing fits: close this bin; ``destination`` is whom the next one serves, empty for any."""
 
     target: Bin
+    destination: str = ''
 
 
 @dataclass(frozen=True)
@@ -97,7 +99,8 @@ class Planner:
         if choice is None:
             return Wait('no box fits and every bin is empty')
         if isinstance(choice, Bin):
-            return Close(choice)
+            left = [one for one in situation.bins if one.id != choice.id]
+            return Close(choice, next_destination(choice, situation.boxes, left))
         candidate = choice.candidate
         target = situation.bins[candidate.bin_index]
         engine.check(candidate, target)

@@ -314,9 +314,11 @@ class PlannerNode(Node):
         frames = {one.id: frame_name(one.station) for one in self._known_bins.values()}
         self._asker.ask(number, candidates, frames, enough_s)
 
-    def swap(self, target: Bin) -> None:
+    def swap(self, target: Bin, destination: str) -> None:
         """Call `swap_bin`."""
-        request = SwapBin.Request(bin_id=target.id, bin_revision=target.revision)
+        request = SwapBin.Request(
+            bin_id=target.id, bin_revision=target.revision, destination=destination
+        )
         answer = self._swap_bin.call_async(request)
         answer.add_done_callback(self._on_swapped)
 

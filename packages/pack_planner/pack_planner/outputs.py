@@ -35,8 +35,11 @@ class Outputs(Protocol):
     def send(self, decision: Decision, target: Bin, unhidden_s: float) -> bytes:
         """Send a goal; returns its id. ``unhidden_s``: planning that no motion hid."""
 
-    def swap(self, target: Bin) -> None:
-        """Ask for an empty bin instead; answer with :meth:`Coordinator.on_swapped`."""
+    def swap(self, target: Bin, destination: str) -> None:
+        """Ask for an empty bin instead, for ``destination`` (empty: as before).
+
+        Answer with :meth:`Coordinator.on_swapped`.
+        """
 
     def refresh_bins(self) -> None:
         """Ask for the current `bin_state` again."""

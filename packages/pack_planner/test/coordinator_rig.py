@@ -57,8 +57,8 @@ class Cell:
         self.done.append(('send', decision.box.id))
         return self.goal_ids.to_bytes(16, 'big')
 
-    def swap(self, target):
-        self.done.append(('swap', target.id))
+    def swap(self, target, destination):
+        self.done.append(('swap', target.id, *([destination] if destination else [])))
 
     def refresh_bins(self):
         self.done.append(('refresh',))

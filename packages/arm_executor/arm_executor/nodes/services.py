@@ -99,7 +99,7 @@ class Services:
 
     def _swap_bin(self, request: SwapBin.Request, response: SwapBin.Response) -> SwapBin.Response:
         try:
-            opened = self._core.swap(request.bin_id, request.bin_revision)
+            opened = self._core.swap(request.bin_id, request.bin_revision, request.destination)
         except BookError as error:
             response.message = str(error)
             return response
