@@ -100,15 +100,15 @@ def filled(engine: Engine, spec: BinSpec, boxes: Sequence[Box], open_bins: int) 
     return states
 
 
-def boxes_for(spec: BinSpec, bins: int, rng: random.Random) -> list[Box]:
-    """Boxes of the volume of ``bins`` bins: cut from them (SYN), or drawn from the cartons."""
+def boxes_for(spec: BinSpec, bins: int, rng: random.Random, file: Path | str = '') -> list[Box]:
+    """Boxes of the volume of ``bins`` bins: cut from them (SYN), or drawn from a file's."""
     if spec.name == 'SYN':
         found: list[Box] = []
         while len(found) < 23 * bins:
             cut = cut_collection(spec, 23, rng)
             found += [replace(box, id=f'{box.id}-{len(found)}') for box in cut]
         return found
-    cartons, _ = load_boxes('')
+    cartons, _ = load_boxes(file)
     found, volume = [], 0.0
     while volume < bins * spec.volume_mm3:
         box = rng.choice(cartons)
