@@ -100,7 +100,7 @@ class PlannerParameters:
     )
     closing: str = parameter('fullest', 'which bin is closed when nothing fits', choices=CLOSINGS)
     max_passed_over: int = parameter(
-        20,
+        40,
         'a box that another was preferred to so often must be next (no fewer than look-ahead - 1); '
         '0 for no limit',
         low=0,
