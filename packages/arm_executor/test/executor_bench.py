@@ -97,6 +97,7 @@ class Bench:
             'swap_bin': self.node.create_client(SwapBin, 'swap_bin'),
             'check_placements': self.node.create_client(CheckPlacements, 'check_placements'),
             'pause': self.node.create_client(SetBool, 'arm_executor/pause'),
+            'stop': self.node.create_client(Trigger, 'arm_executor/stop'),
             'reset': self.node.create_client(Trigger, 'arm_executor/reset'),
         }
         self.feedback = []

@@ -11,13 +11,12 @@ from action_msgs.msg import GoalStatus
 from executor_bench import Bench, Spinner
 from executor_cases import make_box, make_decision
 from rclpy.parameter import Parameter
-from std_srvs.srv import SetBool, Trigger
 
 from arm_executor.node import ArmExecutor
 from arm_executor.timed_arm import TimedArm
 from pack_msgs.action import PlaceBox
 from pack_msgs.msg import ExecutorState
-from pack_msgs.srv import CheckPlacements, SwapBin
+from pack_msgs.srv import SwapBin
 from pack_msgs_py import conversions
 from pack_msgs_py.codes import ErrorCode
 
@@ -348,83 +347,3 @@ def test_the_heart_beats_ten_times_a_second_also_while_the_arm_moves(start):
     gaps = [b - a for a, b in itertools.pairwise(times)]
     assert statistics.median(gaps) == pytest.approx(0.1, abs=0.03)
     assert max(gaps) < 0.5
-
-
-def test_candidates_are_checked_and_the_plan_is_reused(start):
-    bench = start(faults={'box-2': ErrorCode.NO_IK_SOLUTION})
-    one, two = make_box(1), make_box(2)
-    bench.show(one, two, presented=one.id)
-    candidates = [make_decision(one), make_decision(two), make_decision(one, (0, 0, 40))]
-    msgs = [conversions.decision_to_ros(each, 'bin_a') for each in candidates]
-    checks = bench.call('check_placements', CheckPlacements.Request(candidates=msgs)).checks
-    assert [ErrorCode(one.error_code).name for one in checks] == [
-        'NONE',
-        'NO_IK_SOLUTION',
-        'RULE_VIOLATION',
-    ]
-    assert checks[0].motion_time > 3.0
-    assert all(check.error_msg for check in checks[1:])
-    _, result = bench.place(candidates[0])
-    assert result.report.motion_time == pytest.approx(checks[0].motion_time)
-
-
-def test_candidates_are_answered_with_busy_while_the_arm_works_and_beyond_eight(start):
-    bench = start()
-    box = make_box()
-    bench.show(make_box(2), box)
-    msg = conversions.decision_to_ros(make_decision(box), 'bin_a')
-    many = bench.call('check_placements', CheckPlacements.Request(candidates=[msg] * 9)).checks
-    assert [one.error_code for one in many] == [0] * 8 + [ErrorCode.BUSY]
-    handle = bench.send(bench.goal_msg(make_decision(box)))
-    bench.wait_phase(PlaceBox.Feedback.PHASE_WAITING)
-    bench.cancel(handle)
-    bench.result(handle)
-
-
-def test_a_paused_executor_refuses_goals_until_it_goes_on(start):
-    bench = start()
-    box = make_box()
-    bench.show(box, presented=box.id)
-    assert bench.call('pause', SetBool.Request(data=True)).success
-    bench.wait_mode(ExecutorState.MODE_INACTIVE)
-    assert bench.place(make_decision(box))[1].error_code == ErrorCode.NOT_ACTIVE
-    bench.call('pause', SetBool.Request(data=False))
-    assert bench.place(make_decision(box))[1].error_code == ErrorCode.NONE
-
-
-def test_a_protective_stop_keeps_the_box_until_reset_returns_it(start):
-    faults = {'box-1': ErrorCode.PROTECTIVE_STOP}
-    bench = start(faults=faults)
-    box = make_box()
-    bench.show(box, presented=box.id)
-    assert bench.place(make_decision(box))[1].error_code == ErrorCode.PROTECTIVE_STOP
-    bench.wait_mode(ExecutorState.MODE_PROTECTIVE_STOP)
-    assert bench.of('executor_state')[-1].active_box_id == box.id
-    assert bench.events(box.id) == ['PICKED']
-    assert bench.place(make_decision(box))[1].error_code == ErrorCode.NOT_ACTIVE
-    answer = bench.call('reset', Trigger.Request())
-    assert (answer.success, box.id in answer.message) == (True, True)
-    bench.wait(lambda: bench.events(box.id) == ['PICKED', 'RETURNED'], 'RETURNED')
-    faults.clear()
-    assert bench.place(make_decision(box))[1].error_code == ErrorCode.NONE
-    assert not bench.call('reset', Trigger.Request()).success
-
-
-def test_a_failing_arm_ends_the_goal_and_the_executor_says_so(start):
-    bench = start(faults={'box-1': ErrorCode.UNKNOWN})
-    box = make_box()
-    bench.show(box, presented=box.id)
-    status, result = bench.place(make_decision(box))
-    assert (status, result.error_code) == (GoalStatus.STATUS_ABORTED, ErrorCode.UNKNOWN)
-    assert 'RuntimeError' in result.error_msg
-    bench.wait_mode(ExecutorState.MODE_FAULT)
-    assert bench.place(make_decision(box))[1].error_code == ErrorCode.NOT_ACTIVE
-    assert not bench.call('reset', Trigger.Request()).success
-
-
-def test_diagnostics_name_mode_and_bins(start):
-    bench = start()
-    bench.wait(lambda: bench.of('/diagnostics'), 'diagnostics')
-    status = bench.of('/diagnostics')[-1].status[0]
-    assert status.message == 'idle'
-    assert {one.key for one in status.values} >= {'mode', 'revision', 'LDC-1', 'LDC-2'}
