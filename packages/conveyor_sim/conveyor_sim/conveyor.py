@@ -25,6 +25,8 @@ from pack_msgs_py.codes import BoxEventKind, PlacementStatus, Reason
 from pack_msgs_py.values import Box
 
 _PLACED = BoxEventKind.PLACED
+#: A grasp that failed so soon after a scan was still made for the one before.
+_OLD_NEWS_S = 0.5
 
 
 class Conveyor:
@@ -175,8 +177,8 @@ class Conveyor:
             picked = place in (Place.PICKED, Place.PLACED)
             self._book.set(replace(moved, laps=self._leave_belt(record, now_s, picked=picked)))
             self._let_fall(now_s, stamp_s)
-        if place is Place.LOST:
-            self._book.note(f'{record.box_id} is lost {event.text}'.rstrip())
+            if place is Place.LOST:
+                self._book.note(f'{record.box_id} is lost {event.text}'.rstrip())
         return self._finish(now_s, stamp_s)
 
     def on_content(
@@ -196,10 +198,11 @@ class Conveyor:
     ) -> Outcome:
         """The arm found no box here: scan it again, unless it was since ``ended_s``, the stamp."""
         record = self._book.record(box_id)
-        if record is None or record.place is not Place.ON_BELT or 1e9 * ended_s <= record.stamp_ns:
+        news_ns = 1e9 * (ended_s - _OLD_NEWS_S)
+        if record is None or record.place is not Place.ON_BELT or news_ns <= record.stamp_ns:
             return Outcome()
-        record = replace(record, laps=self._leave_belt(record, now_s, picked=False))
-        self._book.scan_again(record, Reason.FAULT, text, stamp_s)
+        laps = self._leave_belt(record, now_s, picked=False)
+        self._book.scan_again(replace(record, laps=laps), Reason.FAULT, text, stamp_s)
         return self._finish(now_s, stamp_s)
 
     def on_robot_time(self, spent_s: float, now_s: float, stamp_s: float) -> Outcome:
@@ -292,7 +295,7 @@ class Conveyor:
         return self._scans.scan(now_s, stamp_s, self.supplied, self._induct.remaining)
 
     def true_boxes(self, now_s: float) -> tuple[ScannedBox, ...]:
-        """The boxes on the belt as they really are, for a simulated world."""
+        """The boxes on the belt as they really are."""
         return self._scans.true_boxes(now_s)
 
     def _advance(self, now_s: float) -> None:

@@ -77,6 +77,9 @@ class RunRecord:
         before = self.events.get(event.box_id)
         if before is not None and event.stamp_s <= before.stamp_s:
             return False
+        placed = before is not None and before.event is BoxEventKind.PLACED
+        if placed and event.event is BoxEventKind.REJECTED:
+            return False  # the arm was quicker than the reject lane
         if before is not None:
             self._last[before.event] -= 1
         self._last[event.event] += 1

@@ -109,6 +109,13 @@ def test_events_are_counted_by_what_happened_last():
     assert record.settled == record.count(BoxEventKind.PLACED) == 1
 
 
+def test_a_box_that_the_arm_placed_before_it_was_rejected_is_placed():
+    record = RunRecord()
+    assert record.on_event(BoxEvent('a', BoxEventKind.PLACED, stamp_s=1.0))
+    assert not record.on_event(BoxEvent('a', BoxEventKind.REJECTED, stamp_s=1.1))
+    assert record.count(BoxEventKind.PLACED) == 1
+
+
 def test_memory_is_measured_at_a_tenth_and_at_the_end():
     watch = MemoryWatch()
     watch.measure({}, 0.05)
