@@ -13,6 +13,7 @@ from pack_msgs_py.rules import violations
 from pack_msgs_py.values import Bin, BinSpec, Box, PlacedBox
 from pack_planner.algorithms import Problem
 from pack_planner.engine import BinModel, Engine
+from pack_planner.engine.contact import touches
 
 TINY = BinSpec('30x25x25', (300, 250, 250))
 
@@ -50,17 +51,20 @@ class Oracle:
     """The least joint objective by trying out orders of increasing height and every position."""
 
     engine: Engine
+    cep: bool = False
 
     def least(self, boxes: Sequence[Box], bins: Sequence[BinModel], bound: float) -> float:
         """The least objective below ``bound``, or ``bound``."""
         self._best = bound
         state = [(model.source.spec, list(model.source.boxes)) for model in bins]
+        self._new = {box.id for box in boxes}
         self._place(list(boxes), state, 0.0, 0)
         return self._best
 
     def _place(self, left: list[Box], state: _State, cost: float, lowest: int) -> None:
         if not left:
-            self._best = min(self._best, cost)
+            if not self.cep or self._all_touch(state):
+                self._best = min(self._best, cost)
             return
         needed = {box.id: self._needs(box) for box in left}
         for box in left:
@@ -72,6 +76,15 @@ class Oracle:
                 after[index] = (state[index][0], [*state[index][1], placed])
                 rest = [other for other in left if other is not box]
                 self._place(rest, after, cost + objective, placed.corner_mm[2])
+
+    def _all_touch(self, state: _State) -> bool:
+        step = self.engine.profile.resolution_mm
+        return all(
+            all(touches(one, [k for k in inside if k is not one], spec.size_mm, step))
+            for spec, inside in state
+            for one in inside
+            if one.box.id in self._new
+        )
 
     def _needs(self, box: Box) -> float:
         """What ``box`` costs at the very least: at the origin of the first bin, lying flattest."""

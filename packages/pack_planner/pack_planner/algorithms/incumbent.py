@@ -9,6 +9,7 @@ from pack_msgs_py.values import Box, PlacedBox
 from pack_planner.algorithms.base import Problem
 from pack_planner.algorithms.opack import by_volume
 from pack_planner.engine import BinModel, Candidate
+from pack_planner.joint.solution import all_touch
 
 Solution = tuple[Candidate, ...]
 
@@ -46,7 +47,9 @@ def _other_orders(problem: Problem, boxes: Sequence[Box], best: Solution | None)
         tries -= len(left)
         if tries < 0:
             return
-        options = [engine.best_placement(box, virtual, problem.forbidden) for box in left]
+        options = [
+            engine.best_placement(box, virtual, problem.forbidden, cep=problem.cep) for box in left
+        ]
         known = [one for one in options if one is not None]
         if len(known) < len(left) or cost + _total(tuple(known)) >= total - 1e-9:
             return
@@ -73,7 +76,7 @@ def greedy(problem: Problem, boxes: Sequence[Box], start: Solution = ()) -> Solu
         virtual[one.bin_index] = engine.with_box(virtual[one.bin_index], one.placed)
     found = list(start)
     for box in boxes:
-        candidate = engine.best_placement(box, virtual, problem.forbidden)
+        candidate = engine.best_placement(box, virtual, problem.forbidden, cep=problem.cep)
         if candidate is None:
             return None
         found.append(candidate)
@@ -101,4 +104,8 @@ def remembered(problem: Problem, boxes: Sequence[Box]) -> Solution | None:
         del wanted[placed.box.id]
         kept.append(Candidate(placed, index, engine.objective(placed, index)))
         virtual[index] = engine.with_box(virtual[index], placed)
-    return greedy(problem, by_volume(wanted.values()), tuple(kept))
+    solution = greedy(problem, by_volume(wanted.values()), tuple(kept))
+    # what a box touched may have gone elsewhere
+    if problem.cep and solution is not None and not all_touch(solution, problem.bins, engine):
+        return None
+    return solution

@@ -14,7 +14,8 @@ from pack_planner.algorithms.incumbent import best_incumbent
 from pack_planner.algorithms.selection import selection_key
 from pack_planner.engine import Candidate, Engine
 from pack_planner.engine.engine import nothing_forbidden
-from pack_planner.joint.solve import JointResult, JointSearch
+from pack_planner.joint.solution import JointResult
+from pack_planner.joint.solve import JointSearch
 from pack_planner.joint.solvers import cp_sat_installed, solve_joint
 
 #: How long our own search tries before CP-SAT does, seconds.
@@ -58,9 +59,9 @@ def _solve(problem: Problem, count: int, node_limit: float, deadline: float) -> 
     if problem.backend != 'search':
         return solve_joint(
             engine, boxes, problem.bins, problem.forbidden, known, problem.backend,
-            deadline - time.monotonic(),
+            deadline - time.monotonic(), cep=problem.cep,
         )  # fmt: skip
-    search = JointSearch(engine, boxes, problem.bins, problem.forbidden, known)
+    search = JointSearch(engine, boxes, problem.bins, problem.forbidden, known, cep=problem.cep)
     if problem.node_limit is not None or not cp_sat_installed():
         return search.run(int(min(node_limit, 1 << 40)), lambda: time.monotonic() > deadline)
     head_start = min(deadline, time.monotonic() + HEAD_START_S)
@@ -69,8 +70,9 @@ def _solve(problem: Problem, count: int, node_limit: float, deadline: float) -> 
     if ours.proven or left <= 0:
         return ours
     theirs = solve_joint(
-        engine, boxes, problem.bins, problem.forbidden, ours.candidates, 'cp_sat', left
-    )
+        engine, boxes, problem.bins, problem.forbidden, ours.candidates, 'cp_sat', left,
+        cep=problem.cep,
+    )  # fmt: skip
     lower = min(max(ours.lower_bound, theirs.lower_bound), theirs.objective)
     return replace(theirs, lower_bound=lower, nodes=ours.nodes)
 

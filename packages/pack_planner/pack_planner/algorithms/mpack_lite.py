@@ -46,14 +46,15 @@ def mpack_lite(problem: Problem) -> Choice | None:
     ) -> Candidate | None:
         nonlocal all_proven
         result = solve_joint(
-            engine, (box,), bins, forbidden, None, problem.backend, deadline - time.monotonic()
-        )
+            engine, (box,), bins, forbidden, None, problem.backend, deadline - time.monotonic(),
+            cep=problem.cep,
+        )  # fmt: skip
         if result.candidates is not None and result.proven:
             return result.candidates[0]
         if result.proven:
             return None
         all_proven = False
-        return engine.best_placement(box, bins, forbidden)
+        return engine.best_placement(box, bins, forbidden, cep=problem.cep)
 
     choice = opack(problem, by_backend)
     if choice is None or all_proven:

@@ -14,9 +14,10 @@ from dataclasses import dataclass, field
 from pack_msgs_py.orientation import allowed_orientations
 from pack_msgs_py.profiles import planned_size
 from pack_msgs_py.rules import may_enter
-from pack_msgs_py.values import Box, Int3, PlacedBox
+from pack_msgs_py.values import Box, PlacedBox
 from pack_planner.engine import BinModel, Candidate, Engine
 from pack_planner.engine.engine import REFUSED_RADIUS_MM, Forbidden
+from pack_planner.joint.contact_model import BoxVariables, demand_contact
 from pack_planner.joint.formulation import Formulation, Term
 
 #: Where a face lies: terms and a constant.
@@ -24,31 +25,22 @@ _Side = tuple[list[Term], int]
 
 
 @dataclass
-class _Var:
-    """Variables of one box: where it starts and ends, its orientation and its bin."""
-
-    box: Box
-    low: tuple[int, int, int]
-    high: tuple[int, int, int]
-    turns: dict[str, int]
-    bins: dict[int, int]
-    sizes: dict[str, Int3]
-
-
-@dataclass
 class JointModel:
     """The formulation and how to read its solutions.
 
-    ``possible`` is False when some box may go nowhere whatever the others do.
+    ``cep`` asks each box to touch something along x and along y, see
+    :mod:`pack_planner.engine.contact`. ``possible`` is False when some box may go
+    nowhere whatever the others do.
     """
 
     engine: Engine
     boxes: Sequence[Box]
     bins: Sequence[BinModel]
     forbidden: Forbidden
+    cep: bool = False
     formulation: Formulation = field(default_factory=Formulation)
     possible: bool = True
-    _vars: list[_Var] = field(default_factory=list)
+    _vars: list[BoxVariables] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self._step = self.engine.profile.resolution_mm
@@ -64,6 +56,8 @@ class JointModel:
                 self._keep_above(one, j)
                 self._keep_out(one, j)
             self._support(one)
+            if self.cep:
+                demand_contact(self.formulation, one, self._vars, self.bins, self._step)
 
     def _add_box(self, box: Box) -> None:
         f, engine = self.formulation, self.engine
@@ -85,7 +79,7 @@ class JointModel:
         ends = (tops[0] // self._step, tops[1] // self._step, tops[2])
         low = (f.integer(0, ends[0]), f.integer(0, ends[1]), f.integer(0, ends[2]))
         high = (f.integer(0, ends[0]), f.integer(0, ends[1]), f.integer(0, ends[2]))
-        one = _Var(box, low, high, turns, bins, sizes)
+        one = BoxVariables(box, low, high, turns, bins, sizes)
         f.equal([(1, v) for v in turns.values()], 1)
         f.equal([(1, v) for v in bins.values()], 1)
         for axis in range(3):
@@ -111,7 +105,7 @@ class JointModel:
             ]
             self.formulation.at_most(terms, round((limit - model.source.weight_kg) * 1e6))
 
-    def _keep_apart(self, one: _Var, other: _Var) -> None:
+    def _keep_apart(self, one: BoxVariables, other: BoxVariables) -> None:
         """Two boxes in one bin lie side by side along some axis."""
         f = self.formulation
         sides = []
@@ -124,7 +118,7 @@ class JointModel:
             if j in other.bins:
                 f.one_of(sides, one.bins[j], other.bins[j])
 
-    def _keep_above(self, one: _Var, j: int) -> None:
+    def _keep_above(self, one: BoxVariables, j: int) -> None:
         """Beside or above each placed box: not in it, and not under it (access from above)."""
         f, step = self.formulation, self._step
         for x0, y0, x1, y1, top in self._visible(j):
@@ -149,7 +143,7 @@ class JointModel:
                 found.append((x0, y0, x1, y1, top))
         return found
 
-    def _keep_out(self, one: _Var, j: int) -> None:
+    def _keep_out(self, one: BoxVariables, j: int) -> None:
         """Not near a refused position at the same height and turn."""
         f, step = self.formulation, self._step
         for zone in self.forbidden(one.box, self.bins[j].source) or ():
@@ -170,7 +164,7 @@ class JointModel:
             f.at_least([(1, one.low[2])], z + 1, sides[5])
             f.one_of(sides, one.bins[j], one.turns[zone.orientation])
 
-    def _support(self, one: _Var) -> None:
+    def _support(self, one: BoxVariables) -> None:
         """On the floor, or enough corner cells of the base on tops at its height."""
         f, profile = self.formulation, self.engine.profile
         floor = f.boolean()
@@ -205,7 +199,7 @@ class JointModel:
             f.one_of([floor, *touching])
 
     def _carry_by(
-        self, one: _Var, other: _Var, corners: list[list[int]], touching: list[int]
+        self, one: BoxVariables, other: BoxVariables, corners: list[list[int]], touching: list[int]
     ) -> None:
         """``other`` as a carrier of ``one``, when both are in the same bin."""
         f = self.formulation
@@ -228,8 +222,8 @@ class JointModel:
             touching.append(touch)
 
     def _carry(
-        self, one: _Var, low: list[_Side], high: list[_Side], top: _Side, together: list[int],
-        corners: list[list[int]],
+        self, one: BoxVariables, low: list[_Side], high: list[_Side], top: _Side,
+        together: list[int], corners: list[list[int]],
     ) -> None:  # fmt: skip
         """A carrier whose rectangle runs from ``low`` to ``high`` (terms and constant) at ``top``.
 
@@ -264,7 +258,7 @@ class JointModel:
             for var, value in self._values(one, candidate):
                 f.hints[var] = value
 
-    def _values(self, one: _Var, candidate: Candidate) -> list[tuple[int, int]]:
+    def _values(self, one: BoxVariables, candidate: Candidate) -> list[tuple[int, int]]:
         placed = candidate.placed
         units = (self._step, self._step, 1)
         values = [(v, int(name == placed.orientation)) for name, v in one.turns.items()]

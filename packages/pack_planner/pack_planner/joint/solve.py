@@ -1,14 +1,6 @@
 """The joint optimum of eq. (1) over a look-ahead (Ojha et al., section III-A), by our own search.
 
-Which solutions count. The paper's MILP asks that all boxes lie inside, do not overlap and are
-supported; it knows no order of placing. Here there must be an order in which each box obeys every
-rule of :mod:`pack_msgs_py.rules` at its moment. By increasing base height is always such an order
-if there is any: a box that carries or stands under another has the lower base, so it is there
-already and nothing that stands over it is; support, centre of mass and share depend on lower boxes
-only; weight and loads only grow, so that the last box faces the hardest test. What remains, and
-what the MILP as printed lacks, is access from above to boxes *placed before*: none of them may
-stand over a box of the look-ahead. A box rests where it touches: its base is the highest top
-under it.
+Which solutions count is said in :mod:`.solution`; how they are searched in :mod:`.tree`.
 """
 
 from __future__ import annotations
@@ -22,52 +14,22 @@ from numpy.typing import NDArray
 
 from pack_msgs_py.orientation import ORIENTATIONS, allowed_orientations
 from pack_msgs_py.profiles import planned_size
-from pack_msgs_py.rules import may_enter, violations
+from pack_msgs_py.rules import may_enter
 from pack_msgs_py.values import Box, PlacedBox
 from pack_planner.engine import BinModel, Candidate, Engine
 from pack_planner.engine.engine import REFUSED_RADIUS_MM, Forbidden
 from pack_planner.engine.height_map import GRAVITY
 from pack_planner.joint.domains import Entries, alone_entries, landing_bound, leaning_entries, paint
-from pack_planner.joint.tree import FULL, PROVEN, SOLUTION, grow, push
+from pack_planner.joint.nodes import empty_tree, push
+from pack_planner.joint.solution import JointResult, all_touch, joint_violations
+from pack_planner.joint.tree import FULL, PROVEN, SOLUTION, grow
 
 _FIRST_ROOM = 1 << 13
 _MOST_ROOM = 1 << 19
 _CHUNK = 200
-_MOST_ENTRIES = 1_000_000
+#: In one bin; with more, a proof is out of reach in the time a decision has, and listing them not.
+_MOST_ENTRIES = 300_000
 _EPS = 1e-6
-
-
-@dataclass(frozen=True)
-class JointResult:
-    """What is known about the joint problem.
-
-    Attributes
-    ----------
-    candidates : one placement per box, in an order in which they can be placed; ``None`` when no
-        solution is known.
-    objective : eq. (1) over all of them, centimetres; infinite without a solution.
-    lower_bound : no solution is below it, centimetres; infinite when there is proven to be none.
-    nodes : how many nodes the search took.
-    """
-
-    candidates: tuple[Candidate, ...] | None
-    objective: float
-    lower_bound: float
-    nodes: int = 0
-
-    @property
-    def proven(self) -> bool:
-        """Whether the answer, be it that there is no solution, is proven."""
-        return self.lower_bound >= self.objective - 1e-4
-
-    @property
-    def gap(self) -> float:
-        """How far the objective may lie above the optimum, relative to it; 0 when proven."""
-        if self.proven:
-            return 0.0
-        if self.candidates is None:
-            return math.inf
-        return (self.objective - self.lower_bound) / max(self.lower_bound, 1e-9)
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,32 +68,18 @@ def admits(box: Box, model: BinModel, engine: Engine) -> bool:
     )
 
 
-def joint_violations(
-    candidates: Sequence[Candidate], bins: Sequence[BinModel], engine: Engine
-) -> list[str]:
-    """Every rule broken when ``candidates`` are placed one after another."""
-    boxes = [list(model.source.boxes) for model in bins]
-    broken = []
-    for candidate in candidates:
-        index, placed = candidate.bin_index, candidate.placed
-        if bins[index].blocked:
-            broken.append(bins[index].blocked)
-        spec = bins[index].source.spec
-        destination = bins[index].source.destination
-        found = violations(placed, boxes[index], spec, engine.profile, destination)
-        broken += [str(one) for one in found]
-        boxes[index].append(placed)
-    return broken
-
-
 class JointSearch:
     """Search for one joint problem; goes on where it stopped."""
 
     def __init__(
         self, engine: Engine, boxes: Sequence[Box], bins: Sequence[BinModel], forbidden: Forbidden,
-        incumbent: Sequence[Candidate] | None = None,
+        incumbent: Sequence[Candidate] | None = None, *, cep: bool = False,
     ) -> None:  # fmt: skip
-        """``incumbent`` places every box of ``boxes``, in an order that the rules allow."""
+        """``incumbent`` places every box of ``boxes``, in an order that the rules allow.
+
+        With ``cep`` each box touches something along x and along y, in the incumbent too.
+        """
+        self._cep = cep
         self._engine = engine
         self._boxes = tuple(boxes)
         self._bins = tuple(bins)
@@ -183,7 +131,9 @@ class JointSearch:
     def _take(self, node: int) -> None:
         """Hold a joint solution of the tree against the rules and keep it if it is better."""
         solution = self._solution(node)
-        if joint_violations(solution, self._bins, self._engine):
+        if joint_violations(solution, self._bins, self._engine) or (
+            self._cep and not all_touch(solution, self._bins, self._engine)
+        ):
             self._rejected = node
             return
         objective = 10.0 * sum(one.objective for one in solution)
@@ -239,7 +189,7 @@ class JointSearch:
         )  # fmt: skip
         self._heap = np.empty(_FIRST_ROOM, np.int64)
         self._counters = np.zeros(3, np.int64)
-        self._tree = _empty_tree(_FIRST_ROOM, count)
+        self._tree = empty_tree(_FIRST_ROOM, count)
         self._lower = float(self._least.sum())
         self._plant()
 
@@ -353,21 +303,3 @@ class JointSearch:
     def _enlarge(self) -> None:
         self._heap = np.concatenate((self._heap, np.empty_like(self._heap)))
         self._tree = tuple(np.concatenate((one, np.empty_like(one))) for one in self._tree)
-
-
-def _empty_tree(room: int, count: int) -> tuple[NDArray[np.generic], ...]:
-    """Arrays of the nodes.
-
-    Bound, parent, restriction, and per box the entry, its cost, how many fixed boxes it may stand
-    on (-1: it may lean), the box it must rest on; the fixed boxes in order, their number; which
-    boxes (bits) carry each box; whether an ancestor left an entry out; kind; per box the level at
-    which it must lean and the one at which its top must be (bin and height in one number, -1: any).
-    """
-    wide = (room, count)
-    return (
-        np.zeros(room), np.full(room, -1, np.int64), np.zeros((room, 9), np.int64),
-        np.zeros(wide, np.int64), np.zeros(wide), np.full(wide, -1, np.int8),
-        np.full(wide, -1, np.int8), np.full(wide, -1, np.int8), np.zeros(room, np.int8),
-        np.zeros(wide, np.int64), np.zeros(room, np.int8), np.zeros(room, np.int8),
-        np.full(wide, -1, np.int64), np.full(wide, -1, np.int64),
-    )  # fmt: skip

@@ -13,7 +13,7 @@ from pack_planner.engine import BinModel, Candidate, Engine
 from pack_planner.engine.engine import Forbidden
 from pack_planner.joint.formulation import Formulation
 from pack_planner.joint.model import JointModel
-from pack_planner.joint.solve import JointResult, joint_violations
+from pack_planner.joint.solution import JointResult, joint_violations
 
 
 @dataclass(frozen=True)
@@ -106,17 +106,18 @@ SOLVERS: dict[str, Solver] = {'cp_sat': solve_cp_sat, 'milp': solve_milp}
 
 def solve_joint(
     engine: Engine, boxes: Sequence[Box], bins: Sequence[BinModel], forbidden: Forbidden,
-    incumbent: Sequence[Candidate] | None, backend: str, budget_s: float,
+    incumbent: Sequence[Candidate] | None, backend: str, budget_s: float, *, cep: bool = False,
 ) -> JointResult:  # fmt: skip
     """The joint optimum by ``backend``, a key of :data:`SOLVERS`, within ``budget_s`` seconds.
 
-    Never worse than ``incumbent``. An arrangement that breaks a rule which the constraints do not
-    state is ruled out, and the solver asked again.
+    Never worse than ``incumbent``. With ``cep`` each box touches something along x and along y. An
+    arrangement that breaks a rule which the constraints do not state is ruled out, and the solver
+    asked again.
     """
     started = time.monotonic()
     objective = math.inf if incumbent is None else sum(one.objective for one in incumbent)
     known = JointResult(None if incumbent is None else tuple(incumbent), objective, 0.0)
-    model = JointModel(engine, boxes, bins, forbidden)
+    model = JointModel(engine, boxes, bins, forbidden, cep)
     if not model.possible:
         return replace(known, lower_bound=objective)
     if incumbent is not None:

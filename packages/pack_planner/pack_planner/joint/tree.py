@@ -25,207 +25,32 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from pack_planner.joint.cheapest import allowed, lies_on, rests_on
+from pack_planner.joint.cheapest import lies_on, rests_on
+from pack_planner.joint.nodes import (
+    AVOID,
+    EPS,
+    FIXED,
+    LEVEL,
+    MAX_AVOID,
+    NOT_AT,
+    OPEN,
+    WITHOUT,
+    child_of,
+    evaluate,
+    is_fixed,
+    keep,
+    next_entry,
+    pop,
+    push,
+    total,
+    volume_of,
+)  # fmt: skip
 
-EPS = 1e-6
-
-#: Kinds of node: evaluated, or a box was fixed and the others are not evaluated yet.
-OPEN, FIXED = 0, 1
-#: Kinds of restriction that a node adds to its parent's.
-NOTHING, AVOID, WITHOUT, NOT_AT = 0, 1, 2, 3
 #: Why the search returns.
 PROVEN, PAUSED, SOLUTION, FULL = 0, 1, 2, 3
 
-_MAX_AVOID = 256
 #: How many entries of a carrier are looked at in one go.
 _SPREAD = 256
-#: Bin and height in one number.
-_LEVEL = 100_000
-
-
-@njit(cache=True, nogil=True)
-def _before(lb, a, b):  # type: ignore[no-untyped-def]
-    return lb[a] < lb[b] or (lb[a] == lb[b] and a > b)
-
-
-@njit(cache=True, nogil=True)
-def push(heap, size, lb, node):  # type: ignore[no-untyped-def]
-    """Add ``node``; returns the new size."""
-    at = size
-    heap[at] = node
-    while at > 0:
-        up = (at - 1) // 2
-        if not _before(lb, heap[at], heap[up]):
-            break
-        heap[at], heap[up] = heap[up], heap[at]
-        at = up
-    return size + 1
-
-
-@njit(cache=True, nogil=True)
-def pop(heap, size, lb):  # type: ignore[no-untyped-def]
-    """Move the cheapest node to ``heap[size - 1]``; returns the new size."""
-    size -= 1
-    heap[0], heap[size] = heap[size], heap[0]
-    at = 0
-    while True:
-        child = 2 * at + 1
-        if child >= size:
-            return size
-        if child + 1 < size and _before(lb, heap[child + 1], heap[child]):
-            child += 1
-        if not _before(lb, heap[child], heap[at]):
-            return size
-        heap[at], heap[child] = heap[child], heap[at]
-        at = child
-
-
-@njit(cache=True, nogil=True)
-def volume_of(entry, out):  # type: ignore[no-untyped-def]
-    """Write (bin, x0, y0, z0, x1, y1, z1) of a box at ``entry``."""
-    out[:4] = entry[:4]
-    out[4:] = entry[1:4] + entry[4:7]
-
-
-@njit(cache=True, nogil=True)
-def _restrictions(node, box, tree, entries, avoid, levels, fixed):  # type: ignore[no-untyped-def]
-    """Gather what ``box`` must avoid and the fixed boxes; returns how many of each."""
-    parent, restriction, pick, order, fixes = tree[1], tree[2], tree[3], tree[7], tree[8]
-    count = np.int64(fixes[node])
-    for k in range(count):
-        volume_of(entries[pick[node, order[node, k]]], fixed[k])
-        avoid[k] = fixed[k]
-    avoided, leveled = count, 0
-    at = node
-    while at >= 0 and max(avoided, leveled) < _MAX_AVOID:
-        if restriction[at, 1] == box:
-            if restriction[at, 0] == AVOID:
-                avoid[avoided] = restriction[at, 2:9]
-                avoided += 1
-            elif restriction[at, 0] == NOT_AT:
-                levels[leveled] = restriction[at, 2]
-                leveled += 1
-        at = parent[at]
-    return avoided, leveled, count
-
-
-@njit(cache=True, nogil=True)
-def _left_out(node, box, index, tree):  # type: ignore[no-untyped-def]
-    """Whether an ancestor leaves this entry of ``box`` out."""
-    parent, restriction = tree[1], tree[2]
-    at = node
-    while at >= 0:
-        if (
-            restriction[at, 0] == WITHOUT
-            and restriction[at, 1] == box
-            and restriction[at, 2] == index
-        ):
-            return True
-        at = parent[at]
-    return False
-
-
-@njit(cache=True, nogil=True)
-def next_entry(node, box, first, tree, problem, space, limit):  # type: ignore[no-untyped-def]
-    """Number of the cheapest entry from ``first`` on that the node allows ``box``; -1 if none.
-
-    None that costs ``limit`` or more is wanted.
-    """
-    alone, on, order, raised, level, top = (
-        tree[5], tree[6], tree[7], tree[10], tree[12], tree[13],
-    )  # fmt: skip
-    entries, costs, starts, centres, boxes, spans, heights, rule, min_vertices = problem
-    avoid, levels, fixed = space
-    avoided, leveled, count = _restrictions(node, box, tree, entries, avoid, levels, fixed)
-    row = -1
-    for k in range(count):
-        if order[node, k] == on[node, box]:
-            row = k
-    at, own_top = level[node, box], top[node, box]
-    for index in range(first, starts[box + 1]):
-        if costs[index] >= limit - EPS:
-            return -1
-        entry = entries[index]
-        if at >= 0 and (entry[7] == 0 or entry[3] != at % _LEVEL or entry[0] != at // _LEVEL):
-            continue
-        if own_top >= 0:
-            below = own_top % _LEVEL - entry[3] - entry[6]
-            if below < 0 or below > rule[1] or entry[0] != own_top // _LEVEL:
-                continue
-        if entry[7] == 1:
-            good = True
-            for k in range(leveled):
-                if levels[k] == entry[0] * _LEVEL + entry[3]:
-                    good = False
-                    break
-            if not good:
-                continue
-        if not allowed(
-            entry, centres[box, entry[8]], np.int64(alone[node, box]), fixed, row, avoid, avoided,
-            boxes, spans, heights, rule, min_vertices,
-        ):  # fmt: skip
-            continue
-        if raised[node] and _left_out(node, box, index, tree):
-            continue
-        return index
-    return -1
-
-
-@njit(cache=True, nogil=True)
-def evaluate(node, box, tree, problem, space, bound):  # type: ignore[no-untyped-def]
-    """Move ``box`` to its cheapest allowed entry and raise the node's bound; False if hopeless."""
-    lb, pick, cost = tree[0], tree[3], tree[4]
-    others = _sum(cost[node]) - cost[node, box]
-    found = next_entry(node, box, pick[node, box], tree, problem, space, bound - others)
-    if found < 0:
-        return False
-    pick[node, box] = found
-    cost[node, box] = problem[1][found]
-    lb[node] = max(lb[node], others + cost[node, box])
-    return lb[node] < bound - EPS
-
-
-@njit(cache=True, nogil=True)
-def _sum(values):  # type: ignore[no-untyped-def]
-    total = 0.0
-    for value in values:
-        total += value
-    return total
-
-
-@njit(cache=True, nogil=True)
-def _child(tree, source, counters):  # type: ignore[no-untyped-def]
-    """Copy ``source`` to the next free place; it is kept once ``counters[1]`` has moved on."""
-    target = counters[1]
-    tree[0][target] = tree[0][source]
-    tree[1][target] = source
-    tree[2][target, 0] = NOTHING
-    tree[3][target] = tree[3][source]
-    tree[4][target] = tree[4][source]
-    tree[5][target] = tree[5][source]
-    tree[6][target] = tree[6][source]
-    tree[7][target] = tree[7][source]
-    tree[8][target] = tree[8][source]
-    tree[9][target] = tree[9][source]
-    tree[10][target] = tree[10][source]
-    tree[11][target] = OPEN
-    tree[12][target] = tree[12][source]
-    tree[13][target] = tree[13][source]
-    return target
-
-
-@njit(cache=True, nogil=True)
-def _keep(child, tree, heap, counters):  # type: ignore[no-untyped-def]
-    counters[1] = child + 1
-    counters[0] = push(heap, counters[0], tree[0], child)
-
-
-@njit(cache=True, nogil=True)
-def _is_fixed(tree, node, box):  # type: ignore[no-untyped-def]
-    for k in range(tree[8][node]):  # noqa: SIM110 - numba knows no any() of a generator
-        if tree[7][node, k] == box:
-            return True
-    return False
 
 
 @njit(cache=True, nogil=True)
@@ -248,10 +73,10 @@ def _depth(a, b, out):  # type: ignore[no-untyped-def]
 @njit(cache=True, nogil=True)
 def _leave_out(node, box, point, tree, problem, space, counters, bound):  # type: ignore[no-untyped-def]
     """A child in which ``box`` leaves out the cell before ``point``, not yet kept; -1: hopeless."""
-    if _is_fixed(tree, node, box):
+    if is_fixed(tree, node, box):
         return np.int64(-1)
     step = problem[7][0]
-    child = _child(tree, node, counters)
+    child = child_of(tree, node, counters)
     row = tree[2][child]
     row[0], row[1], row[2] = AVOID, box, point[0]
     row[3], row[4], row[5] = point[1] - step, point[2] - step, point[3] - 1
@@ -290,7 +115,7 @@ def _part(node, volumes, tree, problem, space, state, bound):  # type: ignore[no
     for i in (one, two):
         child = _leave_out(node, i, best_point, tree, problem, space, counters, bound)
         if child >= 0:
-            _keep(child, tree, heap, counters)
+            keep(child, tree, heap, counters)
     return True
 
 
@@ -302,9 +127,9 @@ def _spread(node, carrier, upper, tree, problem, space, state, bound):  # type: 
     entries, costs = problem[0], problem[1]
     rule = problem[7]
     heap, counters = state
-    others = _sum(cost[node]) - cost[node, carrier]
+    others = total(cost[node]) - cost[node, carrier]
     index = pick[node, carrier]
-    upper_fixed = _is_fixed(tree, node, upper)
+    upper_fixed = is_fixed(tree, node, upper)
     volume = np.empty(7, np.int64)
     for made in range(_SPREAD + 1):
         index = next_entry(node, carrier, index, tree, problem, space, bound - others)
@@ -319,7 +144,7 @@ def _spread(node, carrier, upper, tree, problem, space, state, bound):  # type: 
             return
         volume_of(entries[index], volume)
         if not upper_fixed or lies_on(entries[pick[node, upper]], volume, rule[1]):
-            child = _child(tree, node, counters)
+            child = child_of(tree, node, counters)
             kind[child] = FIXED
             restriction[child, 2] = carrier
             restriction[child, 3] = upper
@@ -329,7 +154,7 @@ def _spread(node, carrier, upper, tree, problem, space, state, bound):  # type: 
             fixes[child] = fixes[node] + 1
             on[child, upper] = carrier
             tree[0][child] = max(tree[0][node], others + costs[index])
-            _keep(child, tree, heap, counters)
+            keep(child, tree, heap, counters)
         index += 1
 
 
@@ -345,7 +170,7 @@ def _settle(node, volumes, tree, problem, space, bound):  # type: ignore[no-unty
     for turn in range(count):
         # the box on the carrier first: it is the likeliest to have no place
         i = upper if turn == 0 else (turn - 1 if turn <= upper else turn)
-        if _is_fixed(tree, node, i):
+        if is_fixed(tree, node, i):
             continue
         volume_of(entries[tree[3][node, i]], volumes[i])
         if i != upper and _depth(volumes[i], volumes[carrier], point) == 0:
@@ -364,40 +189,40 @@ def _carry(node, box, tree, problem, space, state, bound):  # type: ignore[no-un
     heap, counters = state
     count = len(problem[2]) - 1
     entry = entries[pick[node, box]]
-    here = entry[0] * _LEVEL + entry[3]
-    settled = level[node, box] >= 0 or _is_fixed(tree, node, box)
+    here = entry[0] * LEVEL + entry[3]
+    settled = level[node, box] >= 0 or is_fixed(tree, node, box)
     for m in range(count):
-        if carriers[node, box] >> m & 1 and not _is_fixed(tree, node, m):
+        if carriers[node, box] >> m & 1 and not is_fixed(tree, node, m):
             _spread(node, m, box, tree, problem, space, state, bound)
             return
-    if not settled or not _is_fixed(tree, node, box):
-        child = _child(tree, node, counters)
+    if not settled or not is_fixed(tree, node, box):
+        child = child_of(tree, node, counters)
         if not settled:
             restriction[child, 0], restriction[child, 1] = NOT_AT, box
             restriction[child, 2] = here
         else:
             alone[child, box] = fixes[node]
         if evaluate(child, box, tree, problem, space, bound):
-            _keep(child, tree, heap, counters)
+            keep(child, tree, heap, counters)
     for m in range(count):
         if m == box or carriers[node, box] >> m & 1:
             continue
         below = entries[pick[node, m]]
         gap = entry[3] - below[3] - below[6]
-        child = _child(tree, node, counters)
+        child = child_of(tree, node, counters)
         level[child, box] = here
         carriers[child, box] |= 1 << m
-        if _is_fixed(tree, node, m):
+        if is_fixed(tree, node, m):
             if below[0] != entry[0] or gap < 0 or gap > tolerance:
                 continue
             on[child, box] = m
-            if not _is_fixed(tree, node, box) and not evaluate(
+            if not is_fixed(tree, node, box) and not evaluate(
                 child, box, tree, problem, space, bound
             ):
                 continue
         else:
             if top[node, m] >= 0 and tolerance > 0:
-                if top[node, m] // _LEVEL != here // _LEVEL:
+                if top[node, m] // LEVEL != here // LEVEL:
                     continue
                 # the windows of both must meet; the lower of the two is the stricter from above
                 if abs(top[node, m] - here) > tolerance:
@@ -409,7 +234,7 @@ def _carry(node, box, tree, problem, space, state, bound):  # type: ignore[no-un
                 top[child, m] = here
             if not evaluate(child, m, tree, problem, space, bound):
                 continue
-        _keep(child, tree, heap, counters)
+        keep(child, tree, heap, counters)
 
 
 @njit(cache=True, nogil=True)
@@ -418,18 +243,18 @@ def _fix_one(node, tree, problem, space, state, bound):  # type: ignore[no-untyp
     restriction, order, fixes, raised = tree[2], tree[7], tree[8], tree[10]
     heap, counters = state
     for i in range(len(problem[2]) - 1):
-        if _is_fixed(tree, node, i):
+        if is_fixed(tree, node, i):
             continue
-        child = _child(tree, node, counters)
+        child = child_of(tree, node, counters)
         order[child, fixes[node]] = i
         fixes[child] = fixes[node] + 1
-        _keep(child, tree, heap, counters)
-        child = _child(tree, node, counters)
+        keep(child, tree, heap, counters)
+        child = child_of(tree, node, counters)
         restriction[child, 0], restriction[child, 1] = WITHOUT, i
         restriction[child, 2] = tree[3][node, i]
         raised[child] = 1
         if evaluate(child, i, tree, problem, space, bound):
-            _keep(child, tree, heap, counters)
+            keep(child, tree, heap, counters)
         return
 
 
@@ -454,7 +279,7 @@ def grow(tree, problem, state, bound, budget, rejected):  # type: ignore[no-unty
     heap, counters = state
     count = len(starts) - 1
     space = (
-        np.empty((_MAX_AVOID + count, 7), np.int64), np.empty(_MAX_AVOID, np.int64),
+        np.empty((MAX_AVOID + count, 7), np.int64), np.empty(MAX_AVOID, np.int64),
         np.empty((count + 1, 7), np.int64),
     )  # fmt: skip
     volumes = np.empty((count, 7), np.int64)

@@ -1,0 +1,63 @@
+"""MPack under the constraints for efficient packing, by every backend."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from joint_cases import TINY, Oracle, tiny_problem
+from planner_cases import coarse
+
+from pack_msgs_py.values import Bin, Box, PlacedBox
+from pack_planner.algorithms import Problem
+from pack_planner.algorithms.incumbent import best_incumbent
+from pack_planner.algorithms.mpack import mpack
+from pack_planner.engine import Engine
+from pack_planner.joint.solution import all_touch, joint_violations
+from pack_planner.joint.solve import JointSearch
+from pack_planner.joint.solvers import solve_joint
+
+PAPER = Engine(coarse('paper', 50))
+SEEDS = range(8)
+
+
+def solve(problem, backend):
+    about = (PAPER, problem.boxes, problem.bins, problem.forbidden, None)
+    if backend == 'search':
+        return JointSearch(*about, cep=problem.cep).run(10**6, lambda: False)
+    return solve_joint(*about, backend, 30.0, cep=problem.cep)
+
+
+@pytest.mark.parametrize('backend', ['search', 'cp_sat', 'milp'])
+@pytest.mark.parametrize('seed', SEEDS)
+def test_with_contact_every_backend_finds_what_trying_everything_finds(seed, backend):
+    problem = tiny_problem(PAPER, seed, 2, cep=True)
+    result = solve(problem, backend)
+    assert result.proven
+    if result.candidates is not None:
+        assert all_touch(result.candidates, problem.bins, PAPER)
+        assert joint_violations(result.candidates, problem.bins, PAPER) == []
+    bound = result.objective - 1e-6
+    assert Oracle(PAPER, cep=True).least(problem.boxes, problem.bins, bound) == bound
+
+
+@pytest.mark.parametrize('backend', ['search', 'cp_sat', 'milp'])
+def test_a_box_that_could_only_stand_free_goes_to_another_bin(backend):
+    pedestal = PlacedBox(Box('pedestal', (200.0, 150.0, 50.0)), (50, 50, 0), (200, 150, 50), 'xyz')
+    bins = (Bin('a', 1, TINY, (pedestal,)), Bin('b', 2, TINY))
+    box = Box('new', (200.0, 150.0, 100.0))
+    problem = Problem(PAPER, (box,), tuple(PAPER.model(one) for one in bins))
+    free, touching = solve(problem, backend), solve(replace(problem, cep=True), backend)
+    assert free.proven and touching.proven
+    assert [one.bin_index for one in free.candidates] == [0]
+    assert [one.bin_index for one in touching.candidates] == [1]
+    assert touching.objective > free.objective
+
+
+@pytest.mark.parametrize('seed', SEEDS)
+def test_the_start_and_the_decision_touch_too(seed):
+    problem = tiny_problem(PAPER, seed, 3, cep=True)
+    start = best_incumbent(problem, problem.boxes)
+    if start is not None:
+        assert all_touch(start, problem.bins, PAPER)
+        assert mpack(problem) is not None
