@@ -132,14 +132,20 @@ class ArmDriver:
                 f'{_TRACKING[worst]:g} {unit} are allowed; look what is in the way'
             )
             raise Interrupted(ErrorCode.PATH_TOLERANCE_VIOLATED, msg)
-        if self._gripper.slipped() > SLIP_DISTANCE:
+        if self._lost():
             self._slow_down(timed, index)
             self._check_grasp()
+
+    def _lost(self) -> bool:
+        return bool(self._gripper.lost_because) or self._gripper.slipped() > SLIP_DISTANCE
 
     def _feel(self, box: Box) -> None:
         """:class:`Interrupted` with ``COLLISION`` when the arm or its box runs into something."""
         held = self._gripper.box_id == box.id
-        hit = collision(self._world, box.id, box.weight_kg * _GRAVITY, held=held)
+        body = self._world.boxes.get(box.id)
+        # A box heavier than announced presses on the belt with what it really weighs.
+        weight_kg = box.weight_kg if body is None else body.mass
+        hit = collision(self._world, box.id, weight_kg * _GRAVITY, held=held)
         if hit is not None:
             self._halt(self._world.joint_state()[0])
             self._check_grasp()
@@ -147,8 +153,8 @@ class ArmDriver:
 
     def _check_grasp(self) -> None:
         """:class:`Interrupted` with ``BOX_LOST`` when the box came off the pad."""
-        slipped = self._gripper.slipped()
-        if slipped > SLIP_DISTANCE:
+        if self._lost():
+            slipped = self._gripper.slipped()
             why = self._gripper.lost_because or 'no force on the pad was too much'
             box_id = self._gripper.box_id or ''
             where = touched_by(self._world, box_id)

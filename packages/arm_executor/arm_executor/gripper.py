@@ -32,7 +32,7 @@ _STIFF_N = 20_000.0
 class SuctionGripper:
     """Takes hold of one box at a time in a :class:`PhysicsWorld`.
 
-    ``lost_because`` says what broke the hold of the present box, empty while it holds.
+    ``lost_because`` says what broke the hold of the box called ``box_id``, empty while it holds.
     """
 
     def __init__(self, world: PhysicsWorld, tool: Tool | None = None) -> None:
@@ -130,6 +130,7 @@ class SuctionGripper:
         """Let go; without a box nothing happens."""
         self._part()
         self._grasp = self._pad = self.box_id = None
+        self.lost_because = ''
 
     def _part(self) -> None:
         """Pad and box go their own ways."""

@@ -57,6 +57,7 @@ class Body:
     number: int
     size: Vec3
     com_offset: Vec3
+    mass: float
 
 
 class PhysicsWorld:
@@ -136,7 +137,7 @@ class PhysicsWorld:
             activationState=pybullet.ACTIVATION_STATE_ENABLE_SLEEPING,
             physicsClientId=self.client,
         )
-        self.boxes[box.id] = Body(number, size, offset)
+        self.boxes[box.id] = Body(number, size, offset, box.weight_kg)
 
     def remove_box(self, box_id: str) -> None:
         """Take a box away; one that is not there is fine."""
