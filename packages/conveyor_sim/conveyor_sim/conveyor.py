@@ -13,6 +13,7 @@ from dataclasses import replace
 from conveyor_sim.belt_statistics import Statistics
 from conveyor_sim.belt_time import BeltTime
 from conveyor_sim.book import Book, rejection
+from conveyor_sim.faults import OLD_NEWS_S
 from conveyor_sim.induct import Induct, feed
 from conveyor_sim.ledger import BoxRecord, Ledger, Place
 from conveyor_sim.loop import Belt
@@ -25,8 +26,6 @@ from pack_msgs_py.codes import BoxEventKind, PlacementStatus, Reason
 from pack_msgs_py.values import Box
 
 _PLACED = BoxEventKind.PLACED
-#: A grasp that failed so soon after a scan was still made for the one before.
-_OLD_NEWS_S = 0.5
 
 
 class Conveyor:
@@ -198,7 +197,7 @@ class Conveyor:
     ) -> Outcome:
         """The arm found no box here: scan it again, unless it was since ``ended_s``, the stamp."""
         record = self._book.record(box_id)
-        news_ns = 1e9 * (ended_s - _OLD_NEWS_S)
+        news_ns = 1e9 * (ended_s - OLD_NEWS_S)
         if record is None or record.place is not Place.ON_BELT or news_ns <= record.stamp_ns:
             return Outcome()
         laps = self._leave_belt(record, now_s, picked=False)
@@ -386,8 +385,7 @@ class Conveyor:
     def _take_back(self, record: BoxRecord, now_s: float, stamp_s: float) -> None:
         """Lay a box that the arm brought back where the arm takes it next.
 
-        Boxes that had to make room for it go back to the induct and come again with the next. One
-        that is not what was scanned goes there itself.
+        Boxes that make room for it go back to the induct; so does one that is not as scanned.
         """
         if record.reason is Reason.INVALID_DATA:
             self._book.scan_again(record, record.reason, record.text, stamp_s)

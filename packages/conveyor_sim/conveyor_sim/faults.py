@@ -18,6 +18,8 @@ from pack_msgs_py.values import Box
 STILL_UNREAD = 0.5
 #: A box is scanned so often before it goes to the reject lane.
 MAX_SCANS = 2
+#: A grasp that failed so soon after a scan was still made for the one before, seconds.
+OLD_NEWS_S = 0.5
 
 
 class Fault(str, Enum):
