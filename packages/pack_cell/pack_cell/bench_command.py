@@ -57,7 +57,10 @@ def _run(arguments: argparse.Namespace, command: str) -> int:
     with _progress_bar() as bar:
         watch = _Watch(bar, cases)
         workers = Workers(arguments.jobs, arguments.cluster, note=_note)
-        records = run(cases, settings, workers, results, watch)
+        try:
+            records = run(cases, settings, workers, results, watch)
+        finally:
+            results.close()
     _show(records, arguments)
     _write_reports(records, arguments, command)
     return 0

@@ -197,7 +197,10 @@ def without_seconds(path):
 def bench(cases, tmp_path, name='out', workers=Workers()):  # noqa: B008
     calls = []
     results = ResultFile(tmp_path / f'{name}.json', tmp_path / f'{name}.jsonl')
-    records = run(cases, SETTINGS, workers, results, lambda *done: calls.append(done))
+    try:
+        records = run(cases, SETTINGS, workers, results, lambda *done: calls.append(done))
+    finally:
+        results.close()
     return records, calls
 
 
@@ -296,6 +299,15 @@ def test_a_file_of_something_else_is_not_overwritten(tmp_path, text):
     with pytest.raises(ValueError, match='name another file'):
         ResultFile(path, None)
     assert path.read_text() == text
+
+
+def test_two_runs_do_not_write_one_file(tmp_path):
+    first = ResultFile(tmp_path / 'r.json', None)
+    with pytest.raises(ValueError, match='is being written by another run'):
+        ResultFile(tmp_path / 'r.json', None)
+    first.close()
+    ResultFile(tmp_path / 'r.json', None).close()
+    assert list(tmp_path.iterdir()) == []
 
 
 # figures and tables

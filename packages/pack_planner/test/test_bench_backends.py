@@ -100,7 +100,9 @@ def test_records_and_tables_name_the_backend_and_keep_them_apart(tmp_path):
     path = tmp_path / 'r.json'
     cases = [case(backend) for backend in BACKENDS] + [case('search', 'first_fit')]
     settings = Settings(PAPER, budget_s=60.0)
-    records = run(cases, settings, Workers(), ResultFile(path, None), lambda *_: None)
+    results = ResultFile(path, None)
+    records = run(cases, settings, Workers(), results, lambda *_: None)
+    results.close()
     assert [one['backend'] for one in records] == ['search', 'cp_sat', 'milp', None]
     assert len(json.loads(path.read_text())) == 4
     column = HEADINGS.index('algorithm')

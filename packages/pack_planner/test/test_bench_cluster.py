@@ -37,7 +37,10 @@ def nothing(*_):
 def bench(folder, name, workers, progress=nothing):
     """Records and plan without what depends on the moment."""
     results = ResultFile(folder / f'{name}.json', folder / f'{name}.jsonl')
-    records = run(CASES, SETTINGS, workers, results, progress)
+    try:
+        records = run(CASES, SETTINGS, workers, results, progress)
+    finally:
+        results.close()
     lines = [json.loads(line) for line in (folder / f'{name}.jsonl').read_text().splitlines()]
     plan = [{**line, 'seconds': 0} for line in lines]
     return [{**one, 'decision_s': 0} for one in records], plan

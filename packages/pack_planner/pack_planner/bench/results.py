@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import json
 import os
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
+from typing import TextIO
 
 from pack_planner.bench.statistics import IDENTITY, identity
 from pack_planner.bench.values import Case, JsonObject, Packed, Settings
@@ -25,7 +27,7 @@ class ResultFile:
     Raises
     ------
     ValueError
-        The file exists and does not hold records of the benchmark.
+        The file exists and does not hold records of the benchmark, or another run writes it.
     """
 
     def __init__(self, json_path: Path | None, plan_path: Path | None) -> None:
@@ -33,10 +35,17 @@ class ResultFile:
         self._parts = (
             None if json_path is None else json_path.with_name(json_path.name + UNFINISHED)
         )
+        self._lock = None if json_path is None else _claim(json_path)
         self.records: list[JsonObject] = [] if json_path is None else _read_records(json_path)
         if plan_path is not None:
             self._keep_whole_plans(plan_path)
             _replace(plan_path, ''.join(self._plans_kept))
+
+    def close(self) -> None:
+        """Let another run write the file."""
+        if self._lock is not None:
+            Path(self._lock.name).unlink(missing_ok=True)
+            self._lock.close()
 
     def find(self, case: Case, settings: Settings) -> JsonObject | None:
         """The finished record of a case."""
@@ -112,6 +121,19 @@ class ResultFile:
                 kept.append(one)
                 self._plans_kept += plan
         self.records = kept
+
+
+def _claim(path: Path) -> TextIO:
+    """Two runs that write one file would each undo what the other has added."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    lock = path.with_name(path.name + '.lock').open('w', encoding='utf-8')
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        lock.close()
+        msg = f'{path} is being written by another run: wait for it, or name another file'
+        raise ValueError(msg) from None
+    return lock
 
 
 def _plan_key(finished: JsonObject) -> JsonObject:
