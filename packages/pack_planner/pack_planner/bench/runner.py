@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import os
+import threading
+import time
 import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import cast
 
 from pack_planner.bench.cluster import dask_cluster
@@ -15,6 +19,9 @@ from pack_planner.bench.statistics import record
 from pack_planner.bench.values import Case, JsonObject, Packed, Settings
 
 _Unit = tuple[Case, Settings, int]
+
+#: How often a worker looks whether its run is still there.
+_PARENT_PERIOD_S = 2.0
 
 
 @dataclass(frozen=True)
@@ -72,6 +79,25 @@ def _pack(unit: _Unit) -> Packed:
     return pack_collection(*unit)
 
 
+def _pack_here(unit: _Unit) -> Packed:
+    """The same in a process of this run."""
+    _end_with_parent()
+    return _pack(unit)
+
+
+@lru_cache(maxsize=1)
+def _end_with_parent() -> None:
+    """A worker of joblib would wait for ever for the next task of a run that was killed."""
+    parent = os.getppid()
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(_PARENT_PERIOD_S)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
 def _results(units: list[_Unit], workers: Workers, stack: ExitStack) -> Iterator[Packed]:
     """What comes of ``units``, in their order."""
     if workers.cluster is None and workers.jobs == 1:
@@ -80,10 +106,11 @@ def _results(units: list[_Unit], workers: Workers, stack: ExitStack) -> Iterator
 
     if workers.cluster is not None:
         stack.enter_context(dask_cluster(workers.cluster, workers.note))
-        parallel = Parallel(n_jobs=-1, return_as='generator')
+        parallel, pack = Parallel(n_jobs=-1, return_as='generator'), _pack
     else:
+        pack = _pack_here
         parallel = Parallel(n_jobs=workers.jobs, return_as='generator', batch_size=1)
-    finished: Iterator[Packed] = parallel(delayed(_pack)(unit) for unit in units)
+    finished: Iterator[Packed] = parallel(delayed(pack)(unit) for unit in units)
     stack.callback(_give_up, finished)
     return finished
 
