@@ -163,5 +163,15 @@ def summary_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
         ('refused goals', str(summary['refused_goals'])),
         ('rule violations', str(summary['rule_violations'])),
         ('worst pose error', 'none' if error is None else f'{error:.2f} mm'),
+        ('robot time', _robot_time(summary)),
         ('wall time', f'{summary["wall_time_s"]:.1f} s'),
     ]
+
+
+def _robot_time(summary: dict[str, Any]) -> str:
+    """Robot time of all goals, boxes an hour of it, and how much faster than real time that was."""
+    hourly, times = summary['boxes_per_hour'], summary['times_real_time']
+    if hourly is None or times is None:
+        return 'none'
+    spent = summary['robot_time_s']
+    return f'{spent:.1f} s, {hourly:.0f} boxes/h, {times:.1f} times real time'

@@ -121,11 +121,14 @@ def summarize(
     errors = [1e3 * report.position_error_m for report in done if report.measured is not None]
     hidden = 0 if ledger is None else list(ledger.places.values()).count('unseen')
     unaccounted = record.unaccounted(hidden)
+    placed = record.count(BoxEventKind.PLACED)
+    robot_s = sum(report.cycle_s + report.wait_s for report in goals)
+    working_s = wall_time_s - (first_decision_s or 0.0)
     if ledger is not None:
         unaccounted += disagreements(ledger, record)
     return {
         'boxes_supplied': record.supplied,
-        'placed': record.count(BoxEventKind.PLACED),
+        'placed': placed,
         'rejected': record.count(BoxEventKind.REJECTED),
         'lost': record.count(BoxEventKind.LOST),
         'unaccounted': len(unaccounted),
@@ -139,6 +142,9 @@ def summarize(
         'arm_planning_s': time_summary([r.planning_s for r in done]),
         'motion_s': time_summary([r.motion_s for r in done]),
         'wait_s': time_summary([r.wait_s for r in done]),
+        'robot_time_s': robot_s,
+        'boxes_per_hour': 3600 * placed / robot_s if robot_s else None,
+        'times_real_time': robot_s / working_s if working_s > 0 else None,
         'ros_overhead_s': time_summary(overhead),
         'arm_asked': asked_summary(record.all_decisions),
         'deadline_s': options.deadline_s,
