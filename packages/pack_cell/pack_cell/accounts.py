@@ -73,7 +73,7 @@ def accounts(ledger: Ledger, record: RunRecord) -> dict[str, Any]:
 
 def disagreements(ledger: Ledger, record: RunRecord) -> list[str]:
     """Boxes that the conveyor's ledger and the bins do not agree about, a line each."""
-    in_bins = _in_bins(record)
+    in_bins = record.ids_in_bins()
     places = _places(ledger, record)
     by_ledger = {box_id for box_id, place in places.items() if place == 'placed'}
     lines = [f'box {one!r} is in a bin, not by the ledger' for one in sorted(in_bins - by_ledger)]
@@ -82,13 +82,9 @@ def disagreements(ledger: Ledger, record: RunRecord) -> list[str]:
     ]
 
 
-def _in_bins(record: RunRecord) -> set[str]:
-    return {placed.box.id for one in record.every_bin() for placed in one.boxes}
-
-
 def _places(ledger: Ledger, record: RunRecord) -> dict[str, str]:
     """The ledger, brought up to date: of the last box it may not have heard that it was placed."""
-    in_bins = _in_bins(record)
+    in_bins = record.ids_in_bins()
     return {
         box_id: 'placed' if place == 'picked' and box_id in in_bins else place
         for box_id, place in ledger.places.items()

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from array import array
+from collections import Counter
+from dataclasses import dataclass, field
 from typing import Any
 
 from pack_msgs_py.cell_values import Decision
@@ -10,40 +12,50 @@ from pack_msgs_py.codes import ErrorCode, PlacementStatus
 from pack_msgs_py.metrics import time_summary
 
 
-def asked_summary(decisions: Sequence[Decision]) -> dict[str, Any]:
-    """How far the arm's word changed the decisions to place a box, as plain data.
+@dataclass
+class Asked:
+    """How far the arm's word changed the decisions to place a box; keeps numbers alone."""
 
-    Decisions that the arm was not asked about do not count; nor does what ended without a
-    placement, when every candidate was refused and a bin was closed instead.
+    _check_s: array[float] = field(default_factory=lambda: array('d'))
+    _refusals: Counter[str] = field(default_factory=Counter)
+    _candidates: int = 0
+    _lost: float = 0.0
 
-    ``first_choices_possible`` : percent whose first choice the arm could do.
-    ``first_refusals`` : why it could not, by code.
-    ``candidates_per_decision`` : that the arm looked at, mean.
-    ``objective_lost`` : by how much the objective of what was taken lies above that of the first
-    choice, centimetres, mean over all decisions; negative when the box alone got a better place.
-    ``check_s`` : seconds that asking took.
-    """
-    asked = [
-        one
-        for one in decisions
-        if one.candidates_checked and one.status is not PlacementStatus.REJECT
-    ]
-    refused = [one for one in asked if one.first_refusal is not ErrorCode.NONE]
-    reasons: dict[str, int] = {}
-    for one in refused:
-        reasons[one.first_refusal.name] = reasons.get(one.first_refusal.name, 0) + 1
-    count = len(asked)
-    lost = sum(one.objective - one.first_objective for one in asked)
-    return {
-        'decisions_asked': count,
-        'first_choices_possible': 100.0 * (count - len(refused)) / count if count else None,
-        'first_refusals': dict(sorted(reasons.items())),
-        'candidates_per_decision': (
-            sum(one.candidates_checked for one in asked) / count if count else None
-        ),
-        'objective_lost': lost / count if count else None,
-        'check_s': time_summary([one.check_s for one in asked]),
-    }
+    def add(self, decision: Decision) -> None:
+        """Count one decision.
+
+        Decisions that the arm was not asked about do not count; nor does what ended without a
+        placement, when every candidate was refused and a bin was closed instead.
+        """
+        if not decision.candidates_checked or decision.status is PlacementStatus.REJECT:
+            return
+        self._check_s.append(decision.check_s)
+        self._candidates += decision.candidates_checked
+        self._lost += decision.objective - decision.first_objective
+        if decision.first_refusal is not ErrorCode.NONE:
+            self._refusals[decision.first_refusal.name] += 1
+
+    def summary(self) -> dict[str, Any]:
+        """As plain data.
+
+        ``first_choices_possible`` : percent whose first choice the arm could do.
+        ``first_refusals`` : why it could not, by code.
+        ``candidates_per_decision`` : that the arm looked at, mean.
+        ``objective_lost`` : by how much the objective of what was taken lies above that of the
+        first choice, centimetres, mean over all decisions; negative when the box alone got a
+        better place.
+        ``check_s`` : seconds that asking took.
+        """
+        count = len(self._check_s)
+        possible = count - self._refusals.total()
+        return {
+            'decisions_asked': count,
+            'first_choices_possible': 100.0 * possible / count if count else None,
+            'first_refusals': dict(sorted(self._refusals.items())),
+            'candidates_per_decision': self._candidates / count if count else None,
+            'objective_lost': self._lost / count if count else None,
+            'check_s': time_summary(self._check_s),
+        }
 
 
 def asked_text(found: dict[str, Any]) -> str:

@@ -79,7 +79,7 @@ class RunDisplay:
         )
         colour = 'green' if report.slack_s >= 0 else 'red'
         total = self._record.expected
-        count = self._record.in_bin_reports
+        count = self._record.figures.in_bin
         at = '({:>4}, {:>4}, {:>4})'.format(*corner)
         self.say(
             f'{count:>3}/{total if total is not None else "?":<3} {report.box_id:<24.24} '

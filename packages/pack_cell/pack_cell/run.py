@@ -17,13 +17,14 @@ from typing import TYPE_CHECKING, Any
 
 from conveyor_sim.streams import BOXES_FILE, Stream, write_boxes
 from pack_cell.accounts import read_ledger
+from pack_cell.archive import Archive
 from pack_cell.commands import node_specs, write_parameters
 from pack_cell.display import RunDisplay
 from pack_cell.domain import DomainTaken, hold_domain
 from pack_cell.memory import MemoryWatch
 from pack_cell.options import RunOptions
 from pack_cell.record import RunRecord
-from pack_cell.summary import placement_rows, summarize, write_run
+from pack_cell.summary import execution_profile, summarize, write_run
 from pack_cell.supervisor import Supervisor
 
 if TYPE_CHECKING:
@@ -99,7 +100,8 @@ def run(options: RunOptions, command: Sequence[str]) -> int:
         {'ROS_DOMAIN_ID': str(lock.number), 'PYTHONUNBUFFERED': '1'},
         respawn=options.respawn,
     )
-    record = RunRecord()
+    rules = execution_profile(options.profile, options.size_sigmas)
+    record = RunRecord(archive=Archive(folder / 'placements.jsonl', rules))
     watch = Watch(options, supervisor, record, stop, began, folder)
     with RunDisplay(record, quiet=options.quiet) as display:
         if lock.number:
@@ -123,7 +125,7 @@ def run(options: RunOptions, command: Sequence[str]) -> int:
         ledger=read_ledger(folder / 'state'),
         memory=watch.memory.summary(),
     )
-    write_run(folder, summary, placement_rows(record))
+    write_run(folder, summary, record)
     stream = Stream.open(options.boxes, options.count, options.seed, options.destinations)
     fed = min(record.supplied, len(stream))
     write_boxes(folder / BOXES_FILE, (stream[ordinal] for ordinal in range(fed)))

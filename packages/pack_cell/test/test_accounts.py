@@ -91,7 +91,7 @@ def test_fill_counts_true_sizes_and_a_second_scan_replaces_the_first():
     record = shown()
     true = replace(BOX, size_mm=(310.0, 200.0, 100.0))
     record.on_truth(Scan(0, 1.0, (ScannedBox(true, Pose()),)))
-    (one,) = record.true_bins([BIN])
+    one = record.true_bin(BIN)
     assert one.boxes[0].box.size_mm == true.size_mm
     assert one.boxes[0].size_mm == PLACED.size_mm
     again = replace(BOX, id='c', size_mm=(1.0, 2.0, 3.0))

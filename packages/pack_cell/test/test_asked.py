@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pack_cell.asked import asked_summary, asked_text
+from pack_cell.asked import Asked, asked_text
 from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.codes import ErrorCode, PlacementStatus
 from pack_msgs_py.values import Box
@@ -17,6 +17,13 @@ def decision(objective=10.0, first=10.0, checked=1, refusal=ErrorCode.NONE, chec
         BOX, 'bin-1', objective=objective, candidates_checked=checked, check_s=check_s,
         first_objective=first, first_refusal=refusal,
     )  # fmt: skip
+
+
+def asked_summary(decisions):
+    asked = Asked()
+    for one in decisions:
+        asked.add(one)
+    return asked.summary()
 
 
 def test_the_share_of_possible_first_choices_and_what_the_others_cost():

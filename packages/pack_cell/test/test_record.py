@@ -1,10 +1,12 @@
 """The record knows where every box is, and when a run is complete."""
 
+import json
 from dataclasses import replace
 
+from pack_cell.archive import Archive
 from pack_cell.options import OneLineParser, add_run_options, run_options
-from pack_cell.record import RunRecord
-from pack_cell.summary import placement_rows, summarize
+from pack_cell.record import KEPT_BINS, RunRecord
+from pack_cell.summary import execution_profile, placement_rows, summarize
 from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Pose, Report, Scan, ScannedBox
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Reason
 from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin
@@ -180,3 +182,44 @@ def test_each_box_has_a_row_with_where_it_ended():
     assert placed['measured_position_mm'] == [300.0, 200.0, 100.0]
     assert placed['outcome'] == 'placed'
     assert (rejected['outcome'], rejected['reason']) == ('rejected', 'oversize: too long')
+
+
+def placed_box(record, name, serial):
+    """A box goes all its way into the bin ``serial``."""
+    box, bin_id = replace(BOX, id=name), f'LDC-{serial}'
+    record.on_scan(scan(box))
+    record.on_truth(scan(box))
+    record.on_decision(Decision(box, bin_id, stamp_s=serial + 0.1, planning_s=0.01))
+    record.on_event(event(BoxEventKind.PICKED, name, serial + 0.2))
+    record.on_event(event(BoxEventKind.PLACED, name, serial + 0.3))
+    report = Report(name, bin_id, serial, slack_s=1.0, motion_s=4.0, goal_id=name.encode())
+    record.on_report(report)
+    record.on_closed(replace(OPEN, id=bin_id, serial=serial, boxes=(replace(PLACED, box=box),)))
+    return report
+
+
+def test_what_a_long_run_is_done_with_is_on_disk_and_still_counted(tmp_path):
+    record = RunRecord(archive=Archive(tmp_path / 'placements.jsonl', execution_profile('cell')))
+    record.on_event(event(BoxEventKind.REJECTED, 'ugly', 0.5))
+    count = 3 * KEPT_BINS
+    reports = [placed_box(record, f'box-{serial}', serial) for serial in range(1, count + 1)]
+    record.on_scan(scan(supplied=count + 1))
+    for known in (record.boxes, record.true_boxes, record.decisions, record.events, record.closed):
+        assert len(known) <= KEPT_BINS
+    rows = [json.loads(line) for line in (tmp_path / 'placements.jsonl').open()]
+    archived = count - KEPT_BINS
+    assert [row['box_id'] for row in rows] == ['ugly', *(f'box-{n + 1}' for n in range(archived))]
+    summary = summary_of(record)
+    assert (summary['placed'], summary['rejected'], summary['closed_bins']) == (count, 1, count)
+    assert summary['goal_codes'] == {'NONE': count} and summary['unaccounted'] == 0
+    assert record.complete() and record.all_reported()
+    # What comes a second time is known; what is somewhere else too is found.
+    assert not record.on_report(reports[0])
+    assert not record.on_event(event(BoxEventKind.PLACED, 'box-1', 9e9))
+    record.on_bins(BinSnapshot(9, 9e9, (replace(OPEN, id='LDC-999', boxes=(doubled('box-1'),)),)))
+    [line] = record.unaccounted()
+    assert line == "box 'box-1' is in 2 places: bin LDC-1, bin LDC-999"
+
+
+def doubled(name):
+    return replace(PLACED, box=replace(BOX, id=name))

@@ -3,32 +3,38 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 from pack_msgs_py.values import Bin
 
 
-def mean_fill_percent(bins: Iterable[Bin]) -> float | None:
-    """Mean fill rate in percent (eq. 2 of Ojha et al.); ``None`` without a bin."""
-    rates = [one.fill_rate for one in bins]
-    return 100.0 * sum(rates) / len(rates) if rates else None
-
-
 def fill_metrics(closed: Sequence[Bin], still_open: Sequence[Bin]) -> dict[str, float | None]:
-    """The three fill rates in percent.
+    """The three fill rates (eq. 2 of Ojha et al.) in percent; an empty bin does not count.
 
-    ``fill_closed`` : mean over closed bins (the paper's); an empty one does not count.
+    ``fill_closed`` : mean over closed bins (the paper's).
     ``fill_all`` : mean over all bins that hold a box, closed or not.
     ``fill_first_failure`` : fill of the bin that was closed first, when for the first time no box
     of the look-ahead fitted (the learning papers' single-bin measure).
     """
-    closed = [one for one in closed if one.boxes]
-    used = [one for one in (*closed, *still_open) if one.boxes]
+    return fill_metrics_of(
+        [one.fill_rate for one in closed if one.boxes],
+        [one.fill_rate for one in still_open if one.boxes],
+    )
+
+
+def fill_metrics_of(
+    closed: Sequence[float], still_open: Sequence[float]
+) -> dict[str, float | None]:
+    """:func:`fill_metrics` of the fill rates, 0 to 1, of bins that hold a box."""
     return {
-        'fill_closed': mean_fill_percent(closed),
-        'fill_all': mean_fill_percent(used),
-        'fill_first_failure': mean_fill_percent(closed[:1]),
+        'fill_closed': _mean_percent(closed),
+        'fill_all': _mean_percent([*closed, *still_open]),
+        'fill_first_failure': _mean_percent(closed[:1]),
     }
+
+
+def _mean_percent(rates: Sequence[float]) -> float | None:
+    return 100.0 * sum(rates) / len(rates) if rates else None
 
 
 def quantile(values: Sequence[float], q: float) -> float:

@@ -1,0 +1,63 @@
+"""Boxes and bins that a run is done with: their rows are on disk, a few numbers in memory."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pack_msgs_py.profiles import Profile
+from pack_msgs_py.rules import Rule, Violation
+from pack_msgs_py.validator import validate_sequence
+from pack_msgs_py.values import Bin
+
+
+@dataclass(frozen=True)
+class BinFigures:
+    """What the summary needs to know of a bin; the fill rate is by true sizes, 0 to 1."""
+
+    serial: int
+    destination: str
+    boxes: int
+    fill_rate: float
+    mis_sorts: int
+    violations: tuple[Violation, ...] = ()
+
+
+def bin_figures(one: Bin, true: Bin, profile: Profile) -> BinFigures:
+    """The figures of ``one``, replayed under ``profile``; ``true`` has the true sizes."""
+    found = tuple(validate_sequence(one.boxes, one.spec, profile, one.destination))
+    wrong = sum(1 for broken in found if broken.rule is Rule.DESTINATION)
+    return BinFigures(one.serial, one.destination, len(one.boxes), true.fill_rate, wrong, found)
+
+
+class Archive:
+    """Owns the file of the rows, which it empties when it is made.
+
+    ``where`` says for each box in the archive where it is: ``bin LDC-3`` or ``rejected``.
+    """
+
+    def __init__(self, path: Path, profile: Profile) -> None:
+        self.path = path
+        self.profile = profile
+        self.where: dict[str, str] = {}
+        self.bins: list[BinFigures] = []
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text('')
+
+    @property
+    def in_bins(self) -> int:
+        """How many boxes are in the bins of the archive."""
+        return sum(one.boxes for one in self.bins)
+
+    def write(self, rows: Iterable[dict[str, Any]]) -> None:
+        """Append rows to the file."""
+        with self.path.open('a') as file:
+            file.writelines(json.dumps(row) + '\n' for row in rows)
+
+    def add_bin(self, one: Bin, true: Bin) -> None:
+        """A bin whose boxes have all come to their end; the caller writes their rows."""
+        self.bins.append(bin_figures(one, true, self.profile))
+        self.where.update({placed.box.id: f'bin {one.id}' for placed in one.boxes})

@@ -1,0 +1,61 @@
+"""What ``placements.jsonl`` says of a box."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pack_msgs_py.cell_values import BoxEvent, Decision, Report
+from pack_msgs_py.codes import Reason
+from pack_msgs_py.values import Bin, Box, PlacedBox
+
+
+def placement_row(
+    box_id: str,
+    *,
+    box: Box | None,
+    true: Box | None,
+    decision: Decision | None,
+    report: Report | None,
+    event: BoxEvent | None,
+    found: tuple[Bin, PlacedBox] | None,
+) -> dict[str, Any]:
+    """A box as it was scanned and as it is, what was decided last, and where it ended."""
+    row: dict[str, Any] = {
+        'box_id': box_id,
+        'size_mm': list(box.size_mm) if box else None,
+        'size_stddev_mm': list(box.size_stddev_mm) if box else None,
+        'true_size_mm': list(true.size_mm) if true else None,
+        'weight_kg': box.weight_kg if box else None,
+        'destination': box.destination if box else None,
+        'bin_serial': None,
+        'bin_type': None,
+        'bin_destination': None,
+        'position_mm': None,
+        'placed_size_mm': None,
+        'orientation': None,
+        'objective': decision.objective if decision else None,
+        'algorithm': decision.algorithm if decision else None,
+        'status': decision.status.name.lower() if decision else None,
+        'planning_s': decision.planning_s if decision else None,
+        'motion_s': report.motion_s if report else None,
+        'slack_s': report.slack_s if report else None,
+        'measured_position_mm': None,
+        'outcome': event.event.name.lower() if event else 'on_belt',
+        'code': report.code.name if report else None,
+        'reason': None,
+    }
+    if event is not None and event.reason is not Reason.NONE:
+        row['reason'] = f'{event.reason.name.lower()}: {event.text}'
+    if found is not None:
+        one, placed = found
+        row.update(
+            bin_serial=one.serial,
+            bin_type=one.spec.name,
+            bin_destination=one.destination,
+            position_mm=list(placed.corner_mm),
+            placed_size_mm=list(placed.size_mm),
+            orientation=placed.orientation,
+        )
+        if placed.measured_mm is not None:
+            row['measured_position_mm'] = [round(v, 3) for v in placed.measured_mm]
+    return row
