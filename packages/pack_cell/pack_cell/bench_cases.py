@@ -56,7 +56,6 @@ def _options(arguments: argparse.Namespace) -> Options:
     from pack_planner.options import Options
 
     return Options(
-        cep=arguments.cep,
         sort=arguments.sort,
         selection=arguments.selection,
         large_until=arguments.large_until,
@@ -91,7 +90,9 @@ def cases_of(arguments: argparse.Namespace) -> list[Case]:
         count = arguments.collections or standard
         for look_ahead in looks:
             cases += [
-                Case(name, spec, look_ahead, count, source, backend) for name, backend in algorithms
+                Case(name, spec, look_ahead, count, source, backend, cep)
+                for name, backend in algorithms
+                for cep in _contact(arguments, name)
             ]
     _notes(cases)
     return cases
@@ -137,6 +138,18 @@ def _algorithms(arguments: argparse.Namespace) -> list[tuple[str, str]]:
             )
             raise ValueError(msg)
     return found
+
+
+def _contact(arguments: argparse.Namespace, algorithm: str) -> list[bool]:
+    """Whether the constraints for efficient packing hold; both when both are asked for."""
+    from pack_planner.algorithms import WITH_BACKENDS
+
+    if algorithm not in WITH_BACKENDS:
+        return [False]
+    default = ['paper'] if arguments.paper else ['off']
+    choices = default if arguments.cep is None else arguments.cep or ['on']
+    in_paper = {'on': True, 'off': False, 'paper': algorithm == 'mpack'}
+    return list(dict.fromkeys(in_paper[choice] for choice in choices))
 
 
 def _source_of_file(arguments: argparse.Namespace) -> Source:

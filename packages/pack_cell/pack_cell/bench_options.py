@@ -121,9 +121,10 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
         '(solvers of OR-Tools); several are compared',
     )  # fmt: skip
     how.add_argument(
-        '--cep', action='store_true',
-        help="the paper's constraints for efficient packing: each box touches a wall or a box "
-        'along x and along y (mpack, mpack_lite)',
+        '--cep', nargs='*', choices=('on', 'off', 'paper'), metavar='CHOICE',
+        help="the paper's constraints for efficient packing, by which each box touches a wall or a "
+        'box along x and along y (mpack, mpack_lite): on, off (default), paper (as there and with '
+        '--paper: on for mpack, off for mpack_lite); several are compared; alone it means on',
     )  # fmt: skip
     how.add_argument(
         '--sort', default='volume', metavar='RULE',

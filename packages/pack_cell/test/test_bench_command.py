@@ -71,6 +71,23 @@ def test_paper_prints_table_1(capsys):
     assert '[68.71]' in output and '[73.11]' in output
 
 
+@pytest.mark.parametrize(('options', 'expected'), [
+    ([], [('first_fit', False), ('mpack_lite', False), ('mpack', False)]),
+    (['--cep'], [('first_fit', False), ('mpack_lite', True), ('mpack', True)]),
+    (['--paper'], [('first_fit', False), ('mpack_lite', False), ('mpack', True)]),
+    (['--cep', 'off', 'on'], [
+        ('first_fit', False), ('mpack_lite', False), ('mpack_lite', True), ('mpack', False),
+        ('mpack', True)]),
+], ids=lambda one: ' '.join(one) if one and isinstance(one[0], str) else None)  # fmt: skip
+def test_contact_constraints_are_as_asked_or_as_in_the_paper(options, expected, tmp_path, capsys):
+    few = ('--bins', '60x40x40', '--look-ahead', '2', '--collections', '1')
+    path = tmp_path / 'r.json'
+    assert bench(*few, '--algorithms', 'first_fit,mpack_lite,mpack', *options, '--json', path) == 0
+    records = json.loads(path.read_text())
+    assert [(one['algorithm'], one['settings']['cep']) for one in records] == expected
+    assert ('mpack, CEP' in capsys.readouterr().out) == (('mpack', True) in expected)
+
+
 WRONG = {
     'unknown algorithm': (['--algorithms', 'magic'], "unknown algorithm 'magic': use one of"),
     'no algorithm': (['--algorithms', ','], '--algorithms names nothing'),

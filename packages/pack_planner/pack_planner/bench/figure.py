@@ -92,14 +92,16 @@ _Style = tuple[str, str]
 def _styles(records: Sequence[JsonObject]) -> dict[str, _Style]:
     """Colour and marker of each series; no two have both in common."""
     found: dict[str, _Style] = {}
+    taken = set()
     others = 0
     for one in records:
         label, number = name(one), _OF_PAPER.get(one['algorithm'])
         if label in found:
             continue
-        if number is None or label != one['algorithm']:
+        if number is None or number in taken:
             number = len(_OF_PAPER) + others
             others += 1
+        taken.add(number)
         # the markers go on where the colours begin again
         found[label] = _COLOURS[number % len(_COLOURS)], _MARKERS[number % len(_MARKERS)]
     return found

@@ -34,10 +34,13 @@ def with_ci(record: JsonObject) -> str:
 
 
 def name(record: JsonObject) -> str:
-    """The algorithm, and its backend where that is not our own search."""
-    if record['backend'] in (None, 'search'):
-        return str(record['algorithm'])
-    return f'{record["algorithm"]}, {record["backend"]}'
+    """The algorithm, with its backend where that is not our own search, and CEP where it is on."""
+    parts = [str(record['algorithm'])]
+    if record['backend'] not in (None, 'search'):
+        parts.append(str(record['backend']))
+    if record['settings']['cep']:
+        parts.append('CEP')
+    return ', '.join(parts)
 
 
 def title(record: JsonObject) -> str:

@@ -62,7 +62,7 @@ class _Run:
         self.engine = _engine(settings.profile, settings.weights.of(case.bin_spec))
         self._policy = PolicySettings(
             case.algorithm, settings.profile, settings.weights, settings.budget_s,
-            settings.node_limit, case.backend, settings.options,
+            settings.node_limit, case.backend, replace(settings.options, cep=case.cep),
         )  # fmt: skip
         self._passed_over = PassedOver()
         self._case, self._settings, self._number = case, settings, number

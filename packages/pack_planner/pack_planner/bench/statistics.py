@@ -83,6 +83,7 @@ def identity(case: Case, settings: Settings) -> JsonObject:
             'destinations': settings.destinations,
             'weights': list(asdict(settings.weights.of(case.bin_spec)).values()),
             **asdict(settings.options),
+            'cep': case.cep,
             'budget_s': settings.budget_s,
             'node_limit': settings.node_limit,
             'clock': 'cpu' if settings.cpu_clock else 'wall',

@@ -41,7 +41,8 @@ class Source:
 class Case:
     """One record of the benchmark: an algorithm on one kind of bin with one look-ahead.
 
-    ``backend`` is who minimises for it, where the algorithm leaves that open.
+    ``backend`` is who minimises for it, where the algorithm leaves that open; ``cep`` whether the
+    constraints for efficient packing hold, in place of the settings' own.
     """
 
     algorithm: str
@@ -50,6 +51,7 @@ class Case:
     collections: int
     source: Source
     backend: str = 'search'
+    cep: bool = False
 
 
 @dataclass(frozen=True)
