@@ -85,6 +85,7 @@ class MotionResult:
     others : measured pose of every other box of the bin after it settled, by box id.
     others_moved_m : farthest that any other box of the bin moved.
     split_s : robot time by phase.
+    on_belt : the box was picked, and stands on the belt again where it was.
     """
 
     code: ErrorCode
@@ -94,6 +95,7 @@ class MotionResult:
     others: Mapping[str, Pose] = field(default_factory=dict)
     others_moved_m: float = 0.0
     split_s: Mapping[Phase, float] = field(default_factory=dict)
+    on_belt: bool = False
 
 
 @dataclass(frozen=True)
@@ -141,6 +143,12 @@ class Arm(Protocol):
 
     def return_to_belt(self) -> bool:
         """Put a held box back at the pick point; ``True`` when there was one and it is there."""
+
+    def withdraw(self) -> bool:
+        """After a motion that ended early, with an empty gripper: back to where the arm waits.
+
+        ``True`` when it is there, also when it had nowhere to go back from.
+        """
 
     def holds(self) -> str | None:
         """Id of the box in the gripper."""

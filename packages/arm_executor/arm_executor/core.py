@@ -372,6 +372,8 @@ class ExecutorCore:
                 self._emit(Happened(self._book.lost(text)))
             else:
                 return False, f'box {box_id!r} cannot be brought back to the belt; try again'
+        if not tools.arm.withdraw():
+            text += '; the arm cannot go back to where it waits, and stays where it is'
         self._protective_stop = self._stop_wanted = ''
         return True, text
 

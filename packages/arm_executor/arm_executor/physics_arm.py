@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from arm_executor.arm import (
     Ahead,
@@ -28,10 +29,11 @@ from arm_executor.gripper import SuctionGripper
 from arm_executor.layout import Layout, check_layout, conveyor_block
 from arm_executor.motion.collision import PlanningWorld
 from arm_executor.motion.path import JointPath
-from arm_executor.motion.planner import MotionPlanner, PlannedMotion, reversed_path
+from arm_executor.motion.planner import MotionPlanner, PlannedMotion
 from arm_executor.motion.stances import GRIP_S, RELEASE_S
 from arm_executor.motion.template import metres
 from arm_executor.motion.timing import Load, MotionLimits
+from arm_executor.motion.way_back import Leg, reversed_path, ways_out
 from arm_executor.pose_error import corner_distance, folded, turn_between
 from arm_executor.render import save_picture
 from arm_executor.robot.parameters import find_arm
@@ -39,6 +41,7 @@ from arm_executor.robot.tree import CELL_JOINT_NAMES
 from arm_executor.run import Interrupted, Run
 from arm_executor.stands import SETTLE_TIMEOUT_S, Stand, Stands
 from arm_executor.suction import check_grip
+from arm_executor.tolerances import Tolerances
 from arm_executor.truth import Truth, mismatch
 from arm_executor.world import STEP_S, PhysicsWorld
 from pack_msgs_py.cell_values import Pose
@@ -47,15 +50,8 @@ from pack_msgs_py.values import Bin, BinSpec, Box
 
 #: A box brought back to the belt is there when it stands this near to where it was, metres.
 _BACK_ON_BELT = 0.02
-
-
-@dataclass(frozen=True)
-class Tolerances:
-    """What counts as placed: metres and radians."""
-
-    position_m: float = 0.005
-    angle_rad: float = math.radians(1.0)
-    others_m: float = 0.005
+#: The arm need not move to where it is already, radians and metres of its joints.
+_THERE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -118,6 +114,8 @@ class PhysicsArm:
         self._driver = ArmDriver(self.world, self.gripper, self._planner.home())
         self._presented: str | None = None
         self._held: _Held | None = None
+        # The motion that is under way or ended early, and where in it the arm is.
+        self._under_way: tuple[PlannedMotion, Leg] | None = None
         # The world for planning is used by the thread that moves and by one that plans ahead.
         self._planning_lock = threading.RLock()
 
@@ -190,6 +188,7 @@ class PhysicsArm:
         request, driver = run.plan.request, self._driver
         box = request.box
         self._bring(box, request.pick)
+        self._under_way = motion, Leg.APPROACH
         driver.follow(motion.approach, run, [(0.0, Phase.APPROACHING)])
         run.enter(Phase.GRASPING)
         driver.rest(run, GRIP_S)
@@ -206,6 +205,7 @@ class PhysicsArm:
         if wrong:
             raise Interrupted(ErrorCode.BOX_MISMATCH, wrong)
         lowering = (motion.lowering_s, Phase.LOWERING)
+        self._under_way = motion, Leg.CARRY
         driver.follow(motion.carry, run, [(0.0, Phase.TRANSFERRING), lowering])
         run.enter(Phase.RELEASING)
         driver.rest(run, RELEASE_S / 2)
@@ -213,9 +213,11 @@ class PhysicsArm:
         self.gripper.release()
         self._held = None
         stand.box_ids.append(box.id)
+        self._under_way = motion, Leg.RETREAT
         run.hooks.released()
         driver.rest(run, RELEASE_S / 2)
         driver.follow(motion.retreat, run, [(0.0, Phase.RETREATING)])
+        self._under_way = None
 
     def present(self, box: Box, pick: Pose) -> None:
         """Put ``box`` on the belt at ``pick``, frame `cell`, in place of what was there."""
@@ -268,25 +270,9 @@ class PhysicsArm:
         measured = folded(measured, request.target)
         others, moved = self._others(stand, before)
         error = corner_distance(measured, request.target, size)
-        code, text = self._judged(request, error, turn_between(measured, request.target), moved)
+        angle = turn_between(measured, request.target)
+        code, text = self._tolerances.judged(request, error, angle, moved)
         return run.result(code, text, measured, others, moved)
-
-    def _judged(
-        self, request: PlaceRequest, error: float, angle: float, moved: float
-    ) -> tuple[ErrorCode, str]:
-        limits, box_id = self._tolerances, request.box.id
-        if error > limits.position_m or angle > limits.angle_rad:
-            return ErrorCode.PLACED_OUT_OF_TOLERANCE, (
-                f'box {box_id} rests {1000 * error:.1f} mm and {math.degrees(angle):.2f} degrees '
-                f'off; {1000 * limits.position_m:g} mm and {math.degrees(limits.angle_rad):g} '
-                'degrees are allowed'
-            )
-        if moved > limits.others_m:
-            return ErrorCode.OTHERS_DISTURBED, (
-                f'placing box {box_id} moved another box of bin {request.station} by '
-                f'{1000 * moved:.1f} mm; {1000 * limits.others_m:g} mm are allowed'
-            )
-        return ErrorCode.NONE, ''
 
     def _others(self, stand: Stand, before: Mapping[str, Pose]) -> tuple[dict[str, Pose], float]:
         """Poses of the boxes that were there before, and how far the worst of them moved."""
@@ -309,13 +295,20 @@ class PhysicsArm:
             # The pad has let go: what counts now is how the box stands.
             placed = self._measured(run, stand, before)
             return replace(placed, code=placed.code or end.code, message=placed.message or str(end))
-        if end.code is ErrorCode.BOX_LOST:
+        code, text, on_belt = end.code, str(end), False
+        if code is ErrorCode.BOX_LOST:
             self.gripper.release()
             self.world.settle([box_id, *stand.box_ids], SETTLE_TIMEOUT_S)
-            self._take_away(box_id)
+            on_belt = self._held is not None and self._is_back(box_id, self._held.taken_at)
+            if on_belt:
+                self._presented = box_id
+                code = ErrorCode.BOX_MISMATCH
+                text += '; it stands on the belt where it was, so it is not what the scan says'
+            else:
+                self._take_away(box_id)
             self._held = None
         others, moved = self._others(stand, before)
-        return run.result(end.code, str(end), None, others, moved)
+        return replace(run.result(code, text, None, others, moved), on_belt=on_belt)
 
     def return_to_belt(self) -> bool:
         """See :meth:`arm_executor.arm.Arm.return_to_belt`: back along the path it came."""
@@ -336,8 +329,40 @@ class PhysicsArm:
         self.gripper.release()
         self._presented, self._held = box_id, None
         self.world.settle([box_id], SETTLE_TIMEOUT_S)
+        if self._under_way is not None:
+            self._under_way = self._under_way[0], Leg.APPROACH
+        return self._is_back(box_id, held.taken_at)
+
+    def _is_back(self, box_id: str, taken_at: Pose) -> bool:
         size = self.world.boxes[box_id].size
-        return corner_distance(self.world.pose(box_id), held.taken_at, size) < _BACK_ON_BELT
+        return corner_distance(self.world.pose(box_id), taken_at, size) < _BACK_ON_BELT
+
+    def withdraw(self) -> bool:
+        """See :meth:`arm_executor.arm.Arm.withdraw`: along a way that was checked before."""
+        if self._under_way is None:
+            return True
+        if self.gripper.box_id is not None:
+            return False
+        for way in ways_out(*self._under_way, self._driver.commanded):
+            if self._followed(way):
+                self._under_way = None
+                return True
+        return False
+
+    def _followed(self, way: Sequence[NDArray[np.float64]]) -> bool:
+        """Whether the empty arm came along all paths (n, 7) of ``way``."""
+        for path in way:
+            if np.abs(path[-1] - self._driver.commanded).max() < _THERE:
+                continue
+            with self._planning_lock:
+                timed = self._planner.timing.trajectory(path, None, STEP_S)
+            if timed is None:
+                return False
+            try:
+                self._driver.follow(timed)
+            except Interrupted:
+                return False
+        return True
 
     def holds(self) -> str | None:
         """See :meth:`arm_executor.arm.Arm.holds`."""

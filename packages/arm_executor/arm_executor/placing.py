@@ -100,7 +100,15 @@ class Placing:
         tools.plans.moved(plan, as_planned=result.code.box_is_in_bin)
         if self.abandoned:
             return self._report(tools, ErrorCode.CANCELED, 'the executor was ended', result)
-        return self._resolve(tools, result)
+        report = self._resolve(tools, result)
+        if not self.needs_reset:
+            # Where a motion ended early is no place to plan the next one from.
+            if not tools.arm.withdraw():
+                text = 'the arm cannot go back to where it waits; it stays where the motion ended'
+                tools.emit(Said('warning', text))
+            if not result.code.box_is_in_bin:
+                tools.plans.clear()
+        return report
 
     def _stopped(self, code: ErrorCode, text: str) -> tuple[ErrorCode, str]:
         """Code and message of an end, which was no request to cancel when it was :meth:`halt`."""
@@ -190,6 +198,8 @@ class Placing:
             tools.clock.motion_ended(result.split_s)
         self.needs_reset = result.code is ErrorCode.PROTECTIVE_STOP
         held = tools.arm.holds()
+        if result.on_belt:
+            return self._returned(tools, result, result.message)
         if step is Step.PLANNED and held is None:
             if result.code is ErrorCode.NONE:
                 msg = 'the arm reports success but has not picked the box'
@@ -208,14 +218,17 @@ class Placing:
             return self._report(tools, result.code, result.message, result)
         text = result.message or f'the motion ended with {result.code.name}'
         if tools.arm.return_to_belt():
-            reason = _WHY_RETURNED.get(result.code, Reason.FAULT)
-            tools.emit(Happened(tools.book.returned(reason, text)))
-            return self._report(tools, result.code, text, result)
+            return self._returned(tools, result, text)
         if tools.arm.holds() is None:
             return self._lost(tools, result)
         self.needs_reset = True
         text = f'{text}; the box could not be brought back to the belt and is in the gripper'
         return self._report(tools, ErrorCode.PROTECTIVE_STOP, text, result)
+
+    def _returned(self, tools: Tools, result: MotionResult, text: str) -> Report:
+        reason = _WHY_RETURNED.get(result.code, Reason.FAULT)
+        tools.emit(Happened(tools.book.returned(reason, text)))
+        return self._report(tools, result.code, text, result)
 
     def _lost(self, tools: Tools, result: MotionResult) -> Report:
         """Nobody knows where the box is, and what it did to the others: measure them again."""

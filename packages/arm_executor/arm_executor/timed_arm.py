@@ -259,6 +259,10 @@ class TimedArm:
         self._held = None
         return had_box
 
+    def withdraw(self) -> bool:
+        """It is never in the way."""
+        return True
+
     def holds(self) -> str | None:
         """Id of the box in the gripper."""
         return self._held

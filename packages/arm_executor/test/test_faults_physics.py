@@ -14,10 +14,11 @@ import pytest
 pytest.importorskip('pybullet')
 pytest.importorskip('toppra')
 
-from executor_cases import CELL, LAYOUT, LDC, make_box, make_decision, make_goal, make_scan
+from executor_cases import CELL, LAYOUT, LDC, make_box, make_decision, make_goal, make_scan, pick_of
 from test_core import Bench
 
 from arm_executor.layout import bin_frame
+from arm_executor.motion.template import hover_point
 from arm_executor.outputs import Finished, Progress, Replied
 from arm_executor.physics_arm import PhysicsArm
 from pack_msgs_py.cell_values import Pose
@@ -141,15 +142,34 @@ def test_a_box_that_never_comes_is_given_up(make_bench):
 # -- noticed in motion ----------------------------------------------------------------------------
 
 
+def assert_arm_waits(bench):
+    """The pad is over the pick point, above every box that may come there."""
+    place, waits = bench.arm.world.tool_pose().position, hover_point(LAYOUT)
+    assert place == pytest.approx(waits, abs=0.02)
+
+
 def test_a_box_that_slips_off_is_lost_and_the_next_one_is_placed(bench):
     bench.when[Phase.LOWERING] = bench.arm.gripper._part
     report = bench.place(BOX)
     assert report.code is ErrorCode.BOX_LOST
     assert 'mm' in report.message and 'it now touches' in report.message
     assert bench.events(BOX) == ['PICKED', 'LOST']
+    assert_arm_waits(bench)
     bench.assert_arm_is_still()
     assert bench.core.status().mode is Mode.IDLE
     assert bench.place(make_box(2), revision=2).code is ErrorCode.NONE
+
+
+def test_a_box_that_is_too_heavy_to_lift_stays_on_the_belt_and_is_scanned_again(bench):
+    bench.when[Phase.APPROACHING] = lambda: bench.arm.present(
+        replace(BOX, weight_kg=70.0), pick_of(BOX)
+    )
+    report = bench.place(BOX)
+    assert report.code is ErrorCode.BOX_MISMATCH, report.message
+    assert 'it stands on the belt where it was' in report.message
+    assert bench.events(BOX) == ['PICKED', 'RETURNED']
+    assert_arm_waits(bench)
+    assert bench.place(make_box(2)).code is ErrorCode.NONE
 
 
 def lay_ghost(bench, height_mm):

@@ -14,8 +14,8 @@ pytest.importorskip('pinocchio')
 
 from arm_executor.layout import Layout
 from arm_executor.motion.path import joint_path, positions, rounded, starting_at, waypoint
-from arm_executor.motion.planner import reversed_path
 from arm_executor.motion.timing import Load, MotionLimits, Timing, joined
+from arm_executor.motion.way_back import reversed_path
 from arm_executor.robot.kinematics import CellKinematics
 from arm_executor.robot.parameters import find_arm
 

@@ -319,6 +319,28 @@ def test_box_that_comes_off_the_pad_is_lost_and_noticed_before_the_release(arm):
     assert run(arm, request_for(arm, box('next'), 'A', (0.5, 0.4, 0.1))).code is ErrorCode.NONE
 
 
+@pytest.mark.parametrize('phase', ['LOWERING', 'RETREATING'])
+def test_an_arm_that_stopped_inside_a_cage_comes_out_again(phase):
+    arm, stop = PhysicsArm(), threading.Event()
+    try:
+        arm.set_bins([Bin('bin-A', 1, parse_bin('RC'), station='A')], {})
+        begins = arm.world.tool_pose().position
+
+        def end_it():
+            if arm.world.tool_pose().position[1] > 1.2:
+                arm.gripper._part() if phase == 'LOWERING' else stop.set()
+
+        request = request_for(arm, box(), 'A', (0.6, 0.55, 0.1))
+        run(arm, request, Told(**{phase: end_it}), stop)
+        assert arm.world.tool_pose().position[1] > 1.1
+        assert arm.withdraw()
+        assert arm.world.tool_pose().position == pytest.approx(begins, abs=0.02)
+        assert_arm_stays_still(arm)
+        assert run(arm, request_for(arm, box('next'), 'A', (0.2, 0.55, 0.1))).code is ErrorCode.NONE
+    finally:
+        arm.close()
+
+
 #: Low and high corner of a wall on the way to station A: in that of the box, or of the wrist.
 BEFORE_BOX = ((-0.5, 0.35, 0.6), (-0.4, 1.5, 1.05))
 BEFORE_WRIST = ((-0.6, 0.75, 1.3), (-0.5, 1.5, 2.4))

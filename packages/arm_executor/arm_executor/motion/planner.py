@@ -370,10 +370,3 @@ class MotionPlanner:
     def _every(self, trajectory: Trajectory) -> Array:
         every = max(1, int(CHECK_PERIOD / self._period))
         return np.vstack([trajectory.q[::every], trajectory.q[-1:]])
-
-
-def reversed_path(path: JointPath, q: Array) -> Array:
-    """The part of ``path`` travelled so far at ``q`` (7,), from there back to its start (n, 7)."""
-    nearest_sample = int(np.abs(path.q - q).sum(axis=1).argmin())
-    back = path.q[max(nearest_sample - 1, 0) :: -1]
-    return np.vstack([q, back]) if np.abs(back[0] - q).max() > 1e-6 else back
