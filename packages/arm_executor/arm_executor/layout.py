@@ -118,6 +118,10 @@ class Block:
         )
 
 
+#: Where every node of the cell knows the pick point (docs/architecture.md): the front face of a
+#: box there, and the top of the belt.
+PICK_POINT = {'front_y': 0.55, 'top_z': 0.75}
+
 #: Parts of a layout that hold numbers, and what these may be: lengths and the like up to 50, the
 #: others as given; above the lower end, or from it on.
 _PARTS = ('rail', 'tool', 'conveyor', 'stations')
@@ -258,8 +262,9 @@ def lifting_limit(layout: Layout) -> float:
 def check_layout(layout: Layout, bins: Mapping[str, BinSpec]) -> Layout:
     """Return ``layout`` when it can be built with ``bins`` by station; else :class:`LayoutError`.
 
-    Checks the robot's name, signs and sizes of all values, the order of the rail's ends, and that
-    no two of conveyor, rail, pedestal and bins overlap.
+    Checks the robot's name, signs and sizes of all values, that the pick point is where the other
+    nodes know it, the order of the rail's ends, and that no two of conveyor, rail, pedestal and
+    bins overlap.
     """
     try:
         find_arm(layout.robot)
@@ -275,6 +280,14 @@ def check_layout(layout: Layout, bins: Mapping[str, BinSpec]) -> Layout:
         part = getattr(layout, name)
         for value in fields(part):
             _check_number(f'{name}.{value.name}', getattr(part, value.name))
+    for name, fixed in PICK_POINT.items():
+        value = getattr(layout.conveyor, name)
+        if value != fixed:
+            msg = (
+                f'layout: conveyor.{name} is {value:g}; planner and conveyor know the pick point '
+                f'as {fixed:g} m, so leave it and move rail and stations instead'
+            )
+            raise LayoutError(msg)
     if layout.rail.x_min >= layout.rail.x_max:
         msg = f'layout: rail.x_min {layout.rail.x_min} must be below rail.x_max {layout.rail.x_max}'
         raise LayoutError(msg)

@@ -112,6 +112,13 @@ def test_belt_in_a_bin_is_refused():
         check_layout(wide, {'A': parse_bin('EQ')})
 
 
+@pytest.mark.parametrize(('name', 'value'), [('front_y', 0.6), ('top_z', 0.9)])
+def test_pick_point_that_the_other_nodes_do_not_know_is_refused(name, value):
+    moved = replace(Layout(), conveyor=Conveyor(**{name: value}))
+    with pytest.raises(LayoutError, match=rf'conveyor\.{name} is {value}; planner and conveyor'):
+        check_layout(moved, {})
+
+
 @pytest.mark.parametrize(
     ('robot', 'kinds'),
     [

@@ -1,10 +1,13 @@
 """Start the whole cell: ``ros2 launch pack_cell cell.launch.py bin_type:=EQ speed:=0.0``."""
 
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
+from launch import LaunchContext, LaunchDescription
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
+
+from arm_executor.layout import lifting_limit
+from arm_executor.layout_file import find_layout
 
 ARGUMENTS = {
     'namespace': ('', 'namespace of every node'),
@@ -30,6 +33,31 @@ def typed(name: str, kind: type) -> ParameterValue:
     return ParameterValue(LaunchConfiguration(name), value_type=kind)
 
 
+def planner(context: LaunchContext) -> list[Node]:
+    """The planner, with what the robot of the layout lifts."""
+    arm, robot, layout = (
+        LaunchConfiguration(name).perform(context) for name in ('arm', 'robot', 'layout')
+    )
+    payload = lifting_limit(find_layout(layout, robot)) if arm == 'physics' else 0.0
+    node = Node(
+        package='pack_planner',
+        executable='planner',
+        namespace=LaunchConfiguration('namespace'),
+        output='screen',
+        parameters=[
+            {
+                'algorithm': typed('algorithm', str),
+                'profile': typed('profile', str),
+                'orientations': 'upright',
+                'look_ahead': typed('look_ahead', int),
+                'deadline_s': typed('deadline_s', float),
+                'max_payload_kg': payload,
+            }
+        ],
+    )
+    return [node]
+
+
 def generate_launch_description() -> LaunchDescription:
     """The three nodes and their arguments."""
     arguments = [
@@ -53,21 +81,6 @@ def generate_launch_description() -> LaunchDescription:
             }
         ],
     )
-    planner = Node(
-        package='pack_planner',
-        executable='planner',
-        namespace=namespace,
-        output='screen',
-        parameters=[
-            {
-                'algorithm': typed('algorithm', str),
-                'profile': typed('profile', str),
-                'orientations': 'upright',
-                'look_ahead': typed('look_ahead', int),
-                'deadline_s': typed('deadline_s', float),
-            }
-        ],
-    )
     arm = Node(
         package='arm_executor',
         executable='arm_executor',
@@ -87,4 +100,4 @@ def generate_launch_description() -> LaunchDescription:
             }
         ],
     )
-    return LaunchDescription([*arguments, conveyor, planner, arm])
+    return LaunchDescription([*arguments, conveyor, OpaqueFunction(function=planner), arm])
