@@ -30,8 +30,10 @@ DROP = 0.0005
 _LOWEST, _HIGHEST = 0.010, 0.003
 #: Distance between a box and the edges of an open front that it goes round.
 _BEFORE_FRONT = 0.03
-#: A box reaches its place behind a front from this much aside and before.
-_ASIDE = 0.014
+#: A box reaches its place behind a front from this much aside and before: where the last 2 cm
+#: begin, it must be 12 mm (:data:`~arm_executor.motion.collision.WIDE_MARGIN`) beside the wall,
+#: though the corner there is rounded.
+_ASIDE = 0.020
 #: Samples of a way across, and their spacing where the way has corners.
 _ACROSS, _SPACING = 48, 0.03
 #: The empty pad at any turn, with some air.
