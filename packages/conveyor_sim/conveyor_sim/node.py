@@ -120,12 +120,13 @@ class ConveyorNode(Node):
             f'ledger {"in memory" if not params.state_dir else self._ledger.path}'
         )
 
+        # In this order when several have come: a decision rests on what happened before.
         for kind, topic, callback in (
-            (Placement, 'placements', self._on_placement),
             (BoxEvent, 'box_event', self._on_event),
             (BinStateArray, 'bin_state', self._on_bins),
             (BinState, 'bin_closed', self._on_bin_closed),
             (PlacementReport, 'placement_report', self._on_report),
+            (Placement, 'placements', self._on_placement),
         ):
             self.create_subscription(kind, topic, callback, TOPICS[topic])
         self.create_subscription(ExecutorState, 'executor_state', self._on_executor_state, 1)

@@ -366,8 +366,7 @@ class Coordinator:
         decision = goal.decision
         self._last_box = decision.box.id
         if code.box_is_in_bin:
-            until = self._clock() + BINS_TIMEOUT_S
-            self._new_bins = (decision.bin_id, decision.bin_revision, until)
+            self._new_bins = (decision.bin_id, decision.bin_revision, self._free_s + BINS_TIMEOUT_S)
             self._time_outs(self._clock())
             return
         self._ahead = self._plan = self._asked = None
@@ -385,6 +384,7 @@ class Coordinator:
         if code not in TRANSIENT:
             # a motion that failed is likely to fail again: to be avoided like a refused one
             self._refusals.learn(goal.target, decision, code)
+        self._in.doubt(decision.box, goal.report)
         if code >= ErrorCode.GRASP_FAILED:
             self._stale_inputs = not self._in.is_available(decision.box.id)
         elif code not in TRANSIENT:

@@ -13,7 +13,7 @@ from pack_planner.algorithms.base import Memory
 from pack_planner.algorithms.warm_up import warm_up
 from pack_planner.closing import next_destination
 from pack_planner.engine import Engine, Weights
-from pack_planner.policy import Settings, Situation, next_step
+from pack_planner.policy import Settings, Situation, by_wait, next_step
 
 __all__ = [
     'Close', 'Outcome', 'Place', 'Planner', 'Reject', 'Settings', 'Situation', 'Wait',
@@ -100,7 +100,7 @@ class Planner:
             return Wait('no box fits and every bin is empty')
         if isinstance(choice, Bin):
             left = [one for one in situation.bins if one.id != choice.id]
-            return Close(choice, next_destination(choice, situation.boxes, left))
+            return Close(choice, next_destination(choice, by_wait(situation), left))
         candidate = choice.candidate
         target = situation.bins[candidate.bin_index]
         engine.check(candidate, target)
@@ -150,6 +150,9 @@ class Planner:
                 Reason.OVERSIZE,
                 f'box {box.id!r} of {size} mm fits no empty {kinds} bin, orientations {rule!r}',
             )
+        if not box.destination and all(one.destination for one in bins):
+            text = f'box {box.id!r} has no destination, and every open bin serves one'
+            return Reason.INVALID_DATA, text
         for one in bins:
             refused = situation.forbidden.refused(box, one)
             if one.boxes or not refused:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Scan
-from pack_msgs_py.codes import BoxEventKind, Mode
+from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Report, Scan
+from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode
 from pack_msgs_py.values import Bin, Box
 
 #: Boxes whose last event is remembered: far more than a belt and its bins hold.
@@ -14,6 +14,8 @@ EVENTS_KEPT = 1000
 
 #: A scan comes each second; what is so much older tells of a belt as it was long ago.
 SCAN_AGE_S = 10.0
+#: A box that is not what was scanned gets this long to be scanned again, seconds.
+RESCAN_S = 1.0
 
 
 def check_scan(scan: Scan, now_s: float) -> Scan:
@@ -54,6 +56,23 @@ class Inputs:
     rejected: set[str] = field(default_factory=set)
     _events: dict[str, BoxEvent] = field(default_factory=dict)
     _newest_event_s: float = 0.0
+    _doubted: dict[str, tuple[Box, float]] = field(default_factory=dict)
+
+    def doubt(self, box: Box, report: Report | None) -> None:
+        """A goal for this box has failed: maybe because the box is not what was scanned.
+
+        It is then on offer again once a scan says something else of it, or :data:`RESCAN_S` later:
+        whoever scans it again may see the same.
+        """
+        if report is not None and report.code is ErrorCode.BOX_MISMATCH:
+            self._doubted[box.id] = (box, report.stamp_s)
+
+    def _is_doubted(self, box: Box, scan_stamp_s: float) -> bool:
+        doubted, since_s = self._doubted.get(box.id, (None, 0.0))
+        if doubted == box and scan_stamp_s < since_s + RESCAN_S:
+            return True
+        self._doubted.pop(box.id, None)
+        return False
 
     def add_event(self, event: BoxEvent) -> None:
         """Remember what happened to a box last; two nodes report, so stamps decide the order."""
@@ -85,6 +104,7 @@ class Inputs:
             if item.box.id not in in_bins
             and item.box.id not in self.rejected
             and self.last_event(item.box.id) in (None, BoxEventKind.RETURNED)
+            and not self._is_doubted(item.box, self.scan.stamp_s)
         )
 
     def is_available(self, box_id: str) -> bool:

@@ -54,15 +54,17 @@ def next_step(
 ) -> Choice | Bin | None:
     """The placement to make, else the bin to close, else ``None``: every bin is empty.
 
-    Boxes that no open bin serves wait, without blocking the others, until a bin is closed.
-    Those that have been passed over as often as they may are the only ones on offer; see
+    Boxes that no open bin serves wait, without blocking the others, until a bin is closed; one is
+    closed for them when they have been passed over as often as they may. Of the others, those that
+    have been passed over as often as they may are the only ones on offer; see
     :func:`due`. When no bin could be closed, a box is placed without constraints for efficient
     packing rather than not at all.
     """
     options = settings.options
     served = _served(situation)
-    if not served.boxes:
-        return bin_to_close(options.closing, engine, situation.boxes, situation.bins)
+    overdue = _overdue(situation, options.max_passed_over)
+    if overdue or not served.boxes:
+        return bin_to_close(options.closing, engine, overdue or situation.boxes, situation.bins)
     boxes = due(served.boxes, served.passed_over, options.max_passed_over)
     models = tuple(engine.model(one) for one in situation.bins)
 
@@ -84,11 +86,35 @@ def next_step(
     return closing
 
 
+def _is_served(box: Box, bins: Sequence[Bin]) -> bool:
+    return any(may_enter(box, one.destination) for one in bins)
+
+
+def _overdue(situation: Situation, limit: int) -> tuple[Box, ...]:
+    """Boxes that no open bin serves, passed over ``limit`` times or more; 0 for no limit."""
+    boxes, counts = situation.boxes, situation.passed_over
+    if limit == 0 or len(counts) != len(boxes):
+        return ()
+    return tuple(
+        box
+        for box, count in zip(boxes, counts, strict=True)
+        if count >= limit and box.destination and not _is_served(box, situation.bins)
+    )
+
+
+def by_wait(situation: Situation) -> tuple[Box, ...]:
+    """The boxes on offer, those first that were passed over most, then as on the belt."""
+    boxes, counts = situation.boxes, situation.passed_over
+    if len(counts) != len(boxes):
+        return boxes
+    order = sorted(range(len(boxes)), key=lambda index: -counts[index])
+    return tuple(boxes[index] for index in order)
+
+
 def _served(situation: Situation) -> Situation:
     """The same without the boxes that may enter none of the open bins."""
-    destinations = {one.destination for one in situation.bins}
     boxes, counts = situation.boxes, situation.passed_over
-    chosen = [i for i, box in enumerate(boxes) if any(may_enter(box, d) for d in destinations)]
+    chosen = [i for i, box in enumerate(boxes) if _is_served(box, situation.bins)]
     if len(counts) == len(boxes):
         counts = tuple(counts[i] for i in chosen)
     return replace(situation, boxes=tuple(boxes[i] for i in chosen), passed_over=counts)

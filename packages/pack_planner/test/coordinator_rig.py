@@ -119,7 +119,9 @@ class Cell:
         return self.goal_ids.to_bytes(16, 'big')
 
     def report(self, code=OK):
-        self.coordinator.on_report(Report(self.sent.box.id, code=code, goal_id=self.goal_id))
+        self.coordinator.on_report(
+            Report(self.sent.box.id, code=code, goal_id=self.goal_id, stamp_s=self.now)
+        )
 
     def finish(self, code=OK):
         """The executor ends the goal: bins, report, result."""

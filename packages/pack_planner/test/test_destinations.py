@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import pytest
 from planner_cases import SMALL
 
@@ -10,8 +12,10 @@ from pack_msgs_py.validator import with_box
 from pack_msgs_py.values import Bin, Box
 from pack_planner.algorithms import ALGORITHMS, Choice, Problem, find_algorithm
 from pack_planner.closing import bin_to_close, next_destination
+from pack_planner.decide import Place, Planner, Reject
 from pack_planner.engine import Engine
-from pack_planner.policy import Settings, Situation, next_step
+from pack_planner.options import Options
+from pack_planner.policy import Settings, Situation, by_wait, next_step
 
 PAPER = PROFILES['paper']
 ENGINE = Engine(PAPER)
@@ -104,6 +108,29 @@ def test_a_box_without_a_destination_does_not_enter_a_dedicated_bin():
     used = filled(north, parcel('n', 'north'))
     assert step('mpack_lite', [parcel('a')], (used,)) is None
     assert step('mpack_lite', [parcel('a')], (used, pool)).candidate.bin_index == 1
+
+
+def test_a_box_that_no_bin_serves_is_passed_over_only_so_often():
+    north, south = bins('north', 'south')
+    open_bins = (filled(north, parcel('n', 'north')), filled(south, parcel('s', 'south', 200.0)))
+    boxes = (parcel('a', 'north'), parcel('b', 'east'), parcel('c', 'west'))
+    settings = Settings('mpack_lite', PAPER, options=Options(max_passed_over=10))
+
+    def at(*counts):
+        situation = Situation(boxes, open_bins, passed_over=counts)
+        return next_step(settings, ENGINE, situation), by_wait(situation)
+
+    assert isinstance(at(3, 9, 9)[0], Choice)
+    closed, order = at(3, 9, 10)
+    assert closed == open_bins[1]
+    assert next_destination(closed, order, open_bins[:1]) == 'west'
+
+
+def test_a_box_for_nowhere_is_rejected_where_every_bin_is_for_somewhere():
+    planner = Planner(Settings('first_fit', PAPER), clock=time.monotonic)
+    rejected = planner.decide(Situation((parcel('a'),), bins('north', 'south')))
+    assert isinstance(rejected, Reject) and 'no destination' in rejected.decision.reason
+    assert isinstance(planner.decide(Situation((parcel('a'),), bins('north', ''))), Place)
 
 
 def test_nothing_on_the_belt_closes_nothing():

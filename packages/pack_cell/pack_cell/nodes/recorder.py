@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from copy import copy
 from typing import Any
 
 import rclpy
@@ -20,6 +21,8 @@ from pack_cell.record import RunRecord
 from pack_msgs.msg import BinState, BinStateArray, BoxEvent, BoxScan, Placement, PlacementReport
 from pack_msgs_py import conversions, qos
 
+#: Events that wait to be handled: on a busy machine the cell runs ahead of this process.
+_BACKLOG = 10_000
 #: Called with the kind of change ('decision', 'report', 'event', 'closed') and the new value.
 Listener = Callable[[str, Any], None]
 
@@ -47,7 +50,10 @@ class Recorder(Node):
             'bin_closed': (BinState, self._on_closed),
         }
         for topic, (kind, callback) in topics.items():
-            self.create_subscription(kind, topic, self._guard(topic, callback), qos.TOPICS[topic])
+            profile = copy(qos.TOPICS[topic])
+            if profile.depth > 1:
+                profile.depth = _BACKLOG
+            self.create_subscription(kind, topic, self._guard(topic, callback), profile)
 
     def _guard(self, topic: str, callback: Callable[[Any], None]) -> Callable[[Any], None]:
         """``callback`` that notes a message it cannot use instead of failing."""
