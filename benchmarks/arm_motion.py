@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import random
 import sys
 import threading
@@ -25,11 +26,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from arm_executor.arm import MotionError, MotionHooks, MotionPlan, PlaceRequest
-from arm_executor.layout import pick_pose
+from arm_executor.layout import NO_WALLS, OPEN_FRONT, bin_frame, pick_pose
 from arm_executor.layout_file import load_layout
 from arm_executor.motion.planner import PlannedMotion
 from arm_executor.motion.stances import GRIP_S, RELEASE_S
 from arm_executor.physics_arm import PhysicsArm
+from arm_executor.render import Camera
 from conveyor_sim.streams import load_boxes
 from pack_msgs_py.cell_values import Decision, Pose
 from pack_msgs_py.codes import ErrorCode, Phase
@@ -104,9 +106,23 @@ class Rig:
 
     def close_bin(self, target: Bin) -> None:
         """Take ``target`` away and stand an empty one there."""
+        if self.options.picture and target.fill_rate > max(self.tally.fills, default=0.0):
+            self.picture(target)
         self.tally.fills.append(target.fill_rate)
         self.bins = tuple(one for one in self.bins if one.id != target.id)
         self.open_bin(target.station)
+
+    def picture(self, target: Bin) -> None:
+        """Save what ``target`` looks like from above the rail, the side of an open front."""
+        frame = bin_frame(self.arm.layout, target.station, self.spec)
+        length, breadth, height = (edge / 1000 for edge in self.spec.size_mm)
+        centre = (length / 2, breadth / 2, height / 2)
+        x, y, z = frame.to_cell(Pose(centre)).position
+        away = 2.0 * math.hypot(length, breadth, height)
+        aside = away * (-0.35 if target.station == 'A' else 0.35)
+        back, up = (0.6, 0.75) if self.spec.name in (*OPEN_FRONT, *NO_WALLS) else (0.4, 0.85)
+        camera = Camera((x + aside, y - back * away, z + up * away), (x, y, z), 34.0)
+        self.arm.render(self.options.picture / f'bin_{target.spec.name}.png', 480, 400, camera)
 
     def run(self, boxes: Iterator[Box]) -> Tally:
         """Place ``boxes`` until there are no more."""
@@ -262,7 +278,7 @@ def main() -> int:
     parser.add_argument('--algorithm', default='mpack_lite')
     parser.add_argument('--layout', type=Path, help='another layout.yaml')
     parser.add_argument('--physics', action='store_true', help='let the arm really do it')
-    parser.add_argument('--picture', type=Path, help='folder for a picture of each cell at the end')
+    parser.add_argument('--picture', type=Path, help='folder for a picture of the fullest bin')
     parser.add_argument('--json', type=Path, help='all figures')
     parser.add_argument('--verbose', action='store_true', help='print each refusal')
     options = parser.parse_args()
@@ -274,13 +290,7 @@ def main() -> int:
     found = []
     for kind in options.bins:
         rig = Rig(kind, options)
-        if options.picture:
-            keep = rig.arm.close
-            rig.arm.close = lambda: None  # type: ignore[method-assign]
         tally = rig.run(boxes_from(options))
-        if options.picture:
-            rig.arm.render(options.picture / f'{kind}.png')
-            keep()
         print(line(tally), flush=True)
         found.append(tally)
     for tally in found:

@@ -35,7 +35,7 @@ from arm_executor.motion.template import metres
 from arm_executor.motion.timing import Load, MotionLimits
 from arm_executor.motion.way_back import Leg, reversed_path, ways_out
 from arm_executor.pose_error import corner_distance, folded, turn_between
-from arm_executor.render import save_picture
+from arm_executor.render import Camera, save_picture
 from arm_executor.robot.parameters import find_arm
 from arm_executor.robot.tree import CELL_JOINT_NAMES
 from arm_executor.run import Interrupted, Run
@@ -380,9 +380,11 @@ class PhysicsArm:
         """See :meth:`arm_executor.arm.Arm.joint_positions`."""
         return CELL_JOINT_NAMES, self._driver.positions
 
-    def render(self, path: Path, width: int = 960, height: int = 640) -> None:
+    def render(
+        self, path: Path, width: int = 960, height: int = 640, camera: Camera | None = None
+    ) -> None:
         """Save a picture of the cell as it is now, PNG."""
-        save_picture(self.world, path, width, height)
+        save_picture(self.world, path, width, height, camera)
 
     def close(self) -> None:
         """See :meth:`arm_executor.arm.Arm.close`."""

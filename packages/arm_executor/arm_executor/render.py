@@ -4,21 +4,35 @@ from __future__ import annotations
 
 import struct
 import zlib
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pybullet
 
 from arm_executor.world import PhysicsWorld
-
-#: Camera over the infeed, looking at the rail; metres, frame `cell`, degrees.
-_EYE, _LOOKS_AT, _FIELD_OF_VIEW = (2.2, 4.3, 3.9), (-0.03, 0.30, 0.74), 39.0
+from pack_msgs_py.values import Vec3
 
 
-def save_picture(world: PhysicsWorld, path: Path, width: int, height: int) -> None:
-    """Write a PNG of the whole cell from above and in front."""
-    view = pybullet.computeViewMatrix(_EYE, _LOOKS_AT, (0, 0, 1))
-    lens = pybullet.computeProjectionMatrixFOV(_FIELD_OF_VIEW, width / height, 0.5, 30.0)
+@dataclass(frozen=True)
+class Camera:
+    """Where it is and what it looks at, metres, frame `cell`; field of view in degrees.
+
+    By default over the infeed, looking at the rail.
+    """
+
+    eye: Vec3 = (2.2, 4.3, 3.9)
+    looks_at: Vec3 = (-0.03, 0.30, 0.74)
+    field_of_view: float = 39.0
+
+
+def save_picture(
+    world: PhysicsWorld, path: Path, width: int, height: int, camera: Camera | None = None
+) -> None:
+    """Write a PNG of the cell, of all of it unless ``camera`` says otherwise."""
+    camera = camera or Camera()
+    view = pybullet.computeViewMatrix(camera.eye, camera.looks_at, (0, 0, 1))
+    lens = pybullet.computeProjectionMatrixFOV(camera.field_of_view, width / height, 0.5, 30.0)
     _, _, pixels, _, _ = pybullet.getCameraImage(
         width,
         height,
