@@ -301,6 +301,11 @@ class BinBook:
             )
             return old, new
 
+    def bin_in_use(self) -> str:
+        """Id of the bin into which a box was to go that is still on its way; empty for none."""
+        attempt = self.attempt
+        return '' if attempt is None else self._bin(attempt.bin_serial).id
+
     # -- helpers --------------------------------------------------------------------------------
 
     def _running(self) -> Attempt:

@@ -233,12 +233,11 @@ class ExecutorCore:
 
     def swap(self, bin_id: str, revision: int, destination: str = '') -> Bin:
         """Close a bin and open an empty one; :class:`BookError` says why not."""
-        placing = self._placing
         if self._fault or self._tools is None:
             msg = f'the executor is in mode {self.status().mode.name}'
             raise BookError(msg)
-        if placing is not None and placing.goal.decision.bin_id == bin_id:
-            msg = f'box {placing.goal.decision.box.id!r} is being placed into bin {bin_id!r}'
+        if bin_id == self.bin_in_use():
+            msg = f'a box is being placed into bin {bin_id!r}'
             raise BookError(msg)
         poses = self._book.state.poses
         try:
@@ -251,6 +250,11 @@ class ExecutorCore:
         self._emit(BinsChanged(self._book.state))
         self._emit(Said('info', f'bin {old.id} closed with {len(old.boxes)} boxes, {new.id} open'))
         return new
+
+    def bin_in_use(self) -> str:
+        """Id of the bin into which a box is on its way; empty for none."""
+        placing = self._placing
+        return self._book.bin_in_use() if placing is None else placing.goal.decision.bin_id
 
     def pause(self, paused: bool) -> None:
         """Refuse new goals; one that is under way is finished."""

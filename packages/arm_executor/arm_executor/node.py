@@ -4,6 +4,7 @@
   with an error code, since a rejected ROS goal could not carry one
 - service `check_placements` (CheckPlacements): can the arm do these, and how long would it take
 - service `swap_bin` (SwapBin): close a bin, open an empty one
+- service `cut_off` (CutOff): close the bins of a destination
 - services `~/pause` (SetBool), `~/stop` and `~/reset` (Trigger)
 - publishes `bin_state`, `bin_closed`, `box_event`, `placement_report`, `executor_state` (10 Hz),
   `/diagnostics` (1 Hz), and for viewers what :mod:`arm_executor.nodes.views` lists
@@ -137,7 +138,7 @@ class ArmExecutor(Node):
     def _make_interfaces(self) -> None:
         self.create_subscription(BoxScan, 'box_scan', self._on_scan, qos.TOPICS['box_scan'])
         self.create_subscription(BoxScan, 'true_boxes', self._on_truth, qos.TOPICS['true_boxes'])
-        self._served = Services(self, self._core, self._layout, self._drain, self._beat)
+        self._served = Services(self, self._core, self._book, self._layout, self._drain, self._beat)
         self._action = ActionServer(
             self,
             PlaceBox,
@@ -255,6 +256,7 @@ class ArmExecutor(Node):
                     handle.publish_feedback(feedback_to_ros(output))
             case Finished():
                 self._end_goal(output.report)
+                self._served.goal_ended()
             case Replied():
                 output.ticket.set_result(output.answer)
             case Said():

@@ -28,7 +28,7 @@ from pack_msgs.msg import (
     ExecutorState,
     PlacementReport,
 )
-from pack_msgs.srv import CheckPlacements, SwapBin
+from pack_msgs.srv import CheckPlacements, CutOff, SwapBin
 from pack_msgs_py import conversions, qos
 
 TIMEOUT_S = 15.0
@@ -95,6 +95,7 @@ class Bench:
         self.node.bench_client = self.client
         self._services = {
             'swap_bin': self.node.create_client(SwapBin, 'swap_bin'),
+            'cut_off': self.node.create_client(CutOff, 'cut_off'),
             'check_placements': self.node.create_client(CheckPlacements, 'check_placements'),
             'pause': self.node.create_client(SetBool, 'arm_executor/pause'),
             'stop': self.node.create_client(Trigger, 'arm_executor/stop'),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from action_msgs.msg import GoalStatus
 from executor_cases import make_box, make_decision
@@ -10,7 +12,7 @@ from test_node import make_bench, spinners, start
 
 from pack_msgs.action import PlaceBox
 from pack_msgs.msg import ExecutorState
-from pack_msgs.srv import CheckPlacements
+from pack_msgs.srv import CheckPlacements, CutOff
 from pack_msgs_py import conversions
 from pack_msgs_py.codes import ErrorCode
 
@@ -116,3 +118,36 @@ def test_a_protective_stop_on_request_stands_until_the_reset(start):
     assert bench.call('reset', Trigger.Request()).success
     assert bench.events(box.id) == ['PICKED', 'RETURNED']
     bench.wait_mode(ExecutorState.MODE_IDLE)
+
+
+def test_a_cut_off_closes_the_bins_of_its_destination_and_no_other(start):
+    bench = start(destinations='north,south', open_bins=3)
+    box = replace(make_box(), destination='north')
+    bench.show(box, presented=box.id)
+    assert bench.place(make_decision(box))[1].error_code == ErrorCode.NONE
+    assert not bench.call('cut_off', CutOff.Request(destination='west')).success
+    assert not bench.call('cut_off', CutOff.Request()).success
+    # LDC-1 holds a box, LDC-3 none: it may stay.
+    answer = bench.call('cut_off', CutOff.Request(destination='north'))
+    assert (answer.success, answer.closed, answer.pending) == (True, ['LDC-1'], [])
+    standing = {one.id: one.destination for one in bench.bins().bins}
+    assert standing == {'LDC-2': 'south', 'LDC-3': 'north', 'LDC-4': 'north'}
+    bench.wait(lambda: [one.bin_id for one in bench.of('bin_closed')] == ['LDC-1'], 'bin_closed')
+    request = CutOff.Request(destination='north', next_destination='east')
+    assert bench.call('cut_off', request).closed == ['LDC-3', 'LDC-4']
+    assert [one.destination for one in bench.bins().bins] == ['south', 'east', 'east']
+
+
+def test_a_bin_that_is_cut_off_while_a_box_is_on_its_way_into_it_waits_for_that_box(start):
+    bench = start(destinations='north', speed=1.0)
+    box = replace(make_box(), destination='north')
+    bench.show(box, presented=box.id)
+    handle = bench.send(bench.goal_msg(make_decision(box)))
+    bench.wait_phase(PlaceBox.Feedback.PHASE_TRANSFERRING)
+    answer = bench.call('cut_off', CutOff.Request(destination='north', next_destination='south'))
+    assert (answer.closed, answer.pending) == (['LDC-2'], ['LDC-1'])
+    assert bench.result(handle)[1].error_code == ErrorCode.NONE
+    bench.wait(lambda: len(bench.of('bin_closed')) == 2, 'bin_closed')
+    (last,) = bench.of('bin_closed')[1].boxes
+    assert last.box.id == box.id
+    bench.wait(lambda: all(b.destination == 'south' for b in bench.bins().bins), 'bins for south')

@@ -12,7 +12,7 @@ from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 
 from arm_executor.layout import lifting_limit
 from arm_executor.layout_file import find_layout
-from conveyor_sim.streams import resolved
+from conveyor_sim.streams import destination_names, resolved
 from pack_cell.options import SCAN_SIGMA_DEG, SCAN_SIGMA_KG, RunOptions
 from pack_cell.supervisor import NodeSpec
 
@@ -60,6 +60,7 @@ def node_parameters(folder: Path, options: RunOptions) -> dict[str, dict[str, An
             'robot': options.robot,
             'layout': str(options.layout.resolve()) if options.layout else '',
             'bin_type': options.bin_spec.name,
+            'destinations': options.serve or ','.join(destination_names(options.destinations)),
             'open_bins': options.open_bins,
             'profile': options.profile,
             'orientations': 'upright',

@@ -135,6 +135,17 @@ def _account_lines(found: dict[str, Any] | None, waits: dict[str, Any]) -> list[
     return [('  ledger', places), ('  longest wait', longest)]
 
 
+def _destination_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    found = summary['destinations']
+    if not found:
+        return []
+    counts = ', '.join(
+        f'{name} {one["boxes"]} boxes in {one["closed_bins"]} + {one["open_bins"]} bins'
+        for name, one in found.items()
+    )
+    return [('destinations', f'{counts}; {summary["mis_sorts"]} mis-sorted')]
+
+
 def summary_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
     """Name and text of each line of the summary that people read."""
     boxes = (
@@ -152,6 +163,7 @@ def summary_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
         ('boxes', boxes),
         *_account_lines(summary['accounts'], summary['waits']),
         ('bins', f'{summary["bin"]}: {summary["closed_bins"]} closed, {summary["open_bins"]} open'),
+        *_destination_lines(summary),
         ('fill rate', fill),
         ('cycle time', _times(summary['cycle_time_s'], 1.0, 's', 2)),
         ('  motion', _times(summary['motion_s'], 1.0, 's', 2)),

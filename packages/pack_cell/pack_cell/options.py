@@ -53,6 +53,7 @@ class RunOptions:
     stall_timeout_s: float
     quiet: bool
     destinations: int
+    serve: str
     belt_mode: str
     arrivals: str
     jams: str
@@ -133,7 +134,15 @@ def add_run_options(parser: argparse.ArgumentParser, algorithms: tuple[str, ...]
         type=number(0, 1000, 'it must be 0 to 1000', whole=True),
         default=0,
         metavar='N',
-        help='give each box that has none one of N destinations, at random; 0 (default): none',
+        help='give each box that has none one of N destinations, D1 to DN, at random, and the bins '
+        'to them in turn; 0 (default): none, any box goes into any bin',
+    )
+    work.add_argument(
+        '--serve',
+        default='',
+        metavar='NAMES',
+        help='destinations that the bins serve at the start, with commas between them, where the '
+        'boxes bring their own; default those of --destinations',
     )
     plan = parser.add_argument_group('how to decide')
     plan.add_argument(

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from pack_cell.accounts import Ledger, accounts, disagreements, waits
+from pack_cell.archive import BinFigures
 from pack_cell.options import RunOptions
 from pack_cell.record import RunRecord
 from pack_msgs_py.codes import BoxEventKind
@@ -41,6 +42,25 @@ def _versions() -> dict[str, str]:
             found[name] = metadata.version(name)
         except metadata.PackageNotFoundError:
             continue
+    return found
+
+
+def destinations(
+    closed: Sequence[BinFigures], still_open: Sequence[BinFigures]
+) -> dict[str, dict[str, Any]]:
+    """Boxes in the bins of each destination; empty where every bin takes any box."""
+    names = sorted({one.destination for one in (*closed, *still_open) if one.destination})
+    found = {}
+    for name in names:
+        gone = [one for one in closed if one.destination == name and one.boxes]
+        standing = [one for one in still_open if one.destination == name and one.boxes]
+        fills = fill_metrics_of(*([one.fill_rate for one in some] for some in (gone, standing)))
+        found[name] = {
+            'boxes': sum(one.boxes for one in (*gone, *standing)),
+            'closed_bins': len(gone),
+            'open_bins': len(standing),
+            'fill_all': fills['fill_all'],
+        }
     return found
 
 
@@ -84,6 +104,8 @@ def summarize(
         'boxes_per_hour': 3600 * placed / robot_s if robot_s else None,
         'times_real_time': robot_s / working_s if working_s > 0 else None,
         'rule_violations': len(violations),
+        'mis_sorts': sum(one.mis_sorts for one in (*closed, *still_open)),
+        'destinations': destinations(closed, still_open),
         'memory_mb': dict(memory or {}),
         'first_decision_s': first_decision_s,
         'wall_time_s': wall_time_s,

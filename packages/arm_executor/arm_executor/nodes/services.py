@@ -12,32 +12,37 @@ from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
 from arm_executor.admission import Goal
-from arm_executor.bins import BookError
+from arm_executor.bins import BinBook, BookError
 from arm_executor.core import ExecutorCore
+from arm_executor.cut_off import CutOffs
 from arm_executor.layout import Layout, pick_pose
 from arm_executor.nodes.messages import candidate
 from pack_msgs.msg import PlacementCheck
-from pack_msgs.srv import CheckPlacements, SwapBin
+from pack_msgs.srv import CheckPlacements, CutOff, SwapBin
 from pack_msgs_py import conversions
 from pack_msgs_py.codes import ErrorCode
 
 
 class Services:
-    """Answers for ``core``; ``drain`` sends what it has said, ``beat`` its mode."""
+    """Answers for ``core`` and ``book``; ``drain`` sends what it has said, ``beat`` its mode."""
 
     def __init__(
         self,
         node: Node,
         core: ExecutorCore,
+        book: BinBook,
         layout: Layout,
         drain: Callable[[], None],
         beat: Callable[[], None],
     ) -> None:
         self._core = core
+        self._warn = node.get_logger().warning
         self._layout = layout
         self._drain = drain
         self._beat = beat
+        self._cut_offs = CutOffs(lambda: book.state.bins, core.bin_in_use, core.swap)
         node.create_service(SwapBin, 'swap_bin', self._swap_bin)
+        node.create_service(CutOff, 'cut_off', self._cut_off)
         node.create_service(SetBool, '~/pause', self._pause)
         node.create_service(Trigger, '~/stop', self._stop)
         # These wait for the arm. In the node's own group, which lets one callback in at a time,
@@ -107,3 +112,21 @@ class Services:
         response.new_bin_id, response.new_serial = opened.id, opened.serial
         self._drain()
         return response
+
+    def _cut_off(self, request: CutOff.Request, response: CutOff.Response) -> CutOff.Response:
+        try:
+            found = self._cut_offs.cut_off(request.destination, request.next_destination)
+        except BookError as error:
+            response.message = str(error)
+        else:
+            response.success, response.message = True, str(found)
+            response.closed, response.pending = list(found.closed), list(found.pending)
+        self._drain()
+        return response
+
+    def goal_ended(self) -> None:
+        """Bins that are to be closed may now be free."""
+        try:
+            self._cut_offs.goal_ended()
+        except BookError as error:
+            self._warn(f'a bin that was cut off is not closed yet: {error}')

@@ -4,7 +4,7 @@ from conveyor_sim.streams.choice import SYNTAX, load_boxes, open_source, resolve
 from conveyor_sim.streams.files import BUILT_IN, read_entries
 from conveyor_sim.streams.rows import BoxFileError, Entry, RejectedRow
 from conveyor_sim.streams.run_folder import BOXES_FILE, write_boxes
-from conveyor_sim.streams.stream import Stream
+from conveyor_sim.streams.stream import Stream, destination_names
 
 __all__ = [
     'BOXES_FILE',
@@ -14,6 +14,7 @@ __all__ = [
     'Entry',
     'RejectedRow',
     'Stream',
+    'destination_names',
     'load_boxes',
     'open_source',
     'read_entries',

@@ -74,7 +74,7 @@ class Stream:
         entry = self._turn(turn)[place]
         if self._destinations and isinstance(entry, Box) and not entry.destination:
             number = random.Random(f'{self._seed}/to/{ordinal}').randint(1, self._destinations)
-            return replace(entry, destination=f'D{number}')
+            return replace(entry, destination=destination_names(self._destinations)[number - 1])
         return entry
 
     def __contains__(self, box_id: object) -> bool:
@@ -99,3 +99,8 @@ class Stream:
                 self._turns.popitem(last=False)
         self._turns.move_to_end(number)
         return self._turns[number]
+
+
+def destination_names(number: int) -> tuple[str, ...]:
+    """The destinations that a stream gives to boxes without one: ``D1`` to ``D<number>``."""
+    return tuple(f'D{one}' for one in range(1, number + 1))
