@@ -79,13 +79,16 @@ class BeltView:
 
 
 class BeltClock:
-    """Robot time that the belt has had since the last box was taken off it.
+    """Robot seconds that the belt has had since the last box was taken off it.
 
-    The belt starts to bring the next box as soon as one is picked. While the arm moves, robot
-    time passes; while it stands still, wall-clock time does.
+    The belt starts to bring the next box as soon as one is picked. While the arm moves, its motion
+    says how much robot time passes; while it stands still, ``speed`` robot seconds pass in one of
+    ``steady``. At speed 0, as fast as possible, none does: then planning counts, second for second,
+    like in a cycle time.
     """
 
-    def __init__(self, steady: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, speed: float = 1.0, steady: Callable[[], float] = time.monotonic) -> None:
+        self._speed = speed
         self._steady = steady
         self._motion_s = 0.0
         self._since: float | None = None
@@ -95,8 +98,12 @@ class BeltClock:
         self._motion_s = sum(split_s.get(phase, 0.0) for phase in _AFTER_PICK)
         self._since = self._steady()
 
-    def elapsed_s(self) -> float | None:
-        """Robot time since the last pick; ``None`` before the first one of this run."""
+    def elapsed_s(self, planning_s: float = 0.0) -> float | None:
+        """Robot seconds since the last pick; ``None`` before the first one of this run.
+
+        ``planning_s`` are the seconds of planning since then.
+        """
         if self._since is None:
             return None
-        return self._motion_s + self._steady() - self._since
+        still_s = self._speed * (self._steady() - self._since) if self._speed else planning_s
+        return self._motion_s + still_s

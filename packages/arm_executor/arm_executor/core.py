@@ -318,7 +318,7 @@ class ExecutorCore:
             arm=arm,
             book=self._book,
             belt=self._belt,
-            clock=BeltClock(self._steady),
+            clock=BeltClock(self._settings.speed, self._steady),
             plans=self._plans,
             settings=self._settings,
             emit=self._emit,

@@ -146,7 +146,7 @@ class Placing:
         box_id, pick = self.goal.decision.box.id, self.goal.pick
         self._tell(tools, Phase.WAITING, 0.0)
         timeout_s = tools.settings.present_timeout_s
-        elapsed_s = tools.clock.elapsed_s()
+        elapsed_s = tools.clock.elapsed_s(self._planning_s)
         found = tools.belt.wait_presented(box_id, timeout_s, self.stop.is_set)
         if self.stop.is_set():
             msg = f'canceled before box {box_id!r} was picked'

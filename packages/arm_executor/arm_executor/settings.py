@@ -125,6 +125,7 @@ class Settings:
     present_timeout_s: float = 30.0
     enforce_deadline: bool = True
     watchdog_s: float = 10.0
+    speed: float = 1.0
 
 
 def destinations_from(parameters: Parameters) -> tuple[str, ...]:
@@ -154,4 +155,5 @@ def settings_from(parameters: Parameters, layout: Layout | None = None) -> Setti
         present_timeout_s=parameters.present_timeout_s,
         enforce_deadline=parameters.enforce_deadline,
         watchdog_s=parameters.watchdog_s / (min(1.0, parameters.speed) or 1.0),
+        speed=parameters.speed,
     )

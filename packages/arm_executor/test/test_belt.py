@@ -7,8 +7,9 @@ import time
 
 import pytest
 
-from arm_executor.belt import BeltView
+from arm_executor.belt import BeltClock, BeltView
 from pack_msgs_py.cell_values import Pose, Scan, ScannedBox
+from pack_msgs_py.codes import Phase
 from pack_msgs_py.values import Box
 
 BOX = Box('a', (300.0, 200.0, 100.0))
@@ -65,3 +66,14 @@ def test_a_box_that_has_left_the_belt_is_not_waited_for():
     belt.update(Scan(2, time.time(), ()))
     waiting.join(5.0)
     assert found == [None]
+
+
+@pytest.mark.parametrize(('speed', 'expected_s'), [(1.0, 3.5), (8.0, 7.0), (0.5, 3.25), (0.0, 3.2)])
+def test_the_belt_has_robot_time_alone_whatever_the_speed(speed, expected_s):
+    now = [100.0]
+    clock = BeltClock(speed, lambda: now[0])
+    assert clock.elapsed_s() is None
+    split = {Phase.APPROACHING: 1.0, Phase.TRANSFERRING: 2.0, Phase.LOWERING: 1.0}
+    clock.motion_ended(split)
+    now[0] += 0.5
+    assert clock.elapsed_s(planning_s=0.2) == pytest.approx(expected_s)
