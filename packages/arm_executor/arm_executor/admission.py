@@ -10,6 +10,7 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 from arm_executor.bins import BookState
+from arm_executor.footing import footing_errors
 from arm_executor.records import placed_of
 from pack_msgs_py.cell_values import Decision, Pose, Quaternion, Scan, ScannedBox
 from pack_msgs_py.checks import InvalidValue, check_finite, check_frame, check_pose
@@ -200,6 +201,7 @@ def _rules(decision: Decision, target: Bin, profile: Profile) -> Iterator[Refusa
     found = violations(placed, target.boxes, target.spec, profile, target.destination)
     broken = [str(one) for one in found]
     broken += commanded_pose_errors(placed, decision.target, profile, target.boxes)
+    broken += footing_errors(placed, target.boxes, profile)
     if broken:
         yield Refusal(ErrorCode.RULE_VIOLATION, '; '.join(broken))
 

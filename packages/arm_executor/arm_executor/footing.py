@@ -1,0 +1,51 @@
+"""Whether a box stands firmly by what was measured, not only by the space that was reserved.
+
+A reservation is larger than its box: by the clearance, the margin for the scanner's error, and the
+rounding to the grid. Two boxes whose reservations share a strip of a grid step may not touch at
+all, and a box that has its third corner on such a strip tips over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pack_msgs_py.geometry2d import Rect, hull_distance, overlap
+from pack_msgs_py.orientation import oriented_size
+from pack_msgs_py.profiles import Profile
+from pack_msgs_py.rules import centre_of_mass, supporters
+from pack_msgs_py.values import PlacedBox
+
+#: The centre of mass lies so far inside the support polygon, mm: scanner and arm are a little off.
+LEAST_MARGIN_MM = 4.0
+
+
+def measured_footprint(placed: PlacedBox) -> Rect:
+    """What a box covers by its scanned size, where it was measured or is to stand, mm."""
+    length, breadth, _ = oriented_size(placed.box.size_mm, placed.orientation)
+    (x, y, _), (dx, dy, _) = placed.corner_mm, placed.size_mm
+    centre = placed.measured_mm or (x + dx / 2, y + dy / 2, 0.0)
+    return (
+        centre[0] - length / 2,
+        centre[1] - breadth / 2,
+        centre[0] + length / 2,
+        centre[1] + breadth / 2,
+    )
+
+
+def footing_errors(placed: PlacedBox, others: Sequence[PlacedBox], profile: Profile) -> list[str]:
+    """Why ``placed`` would not stand firmly on ``others``; nothing where no rule asks for it."""
+    if placed.corner_mm[2] == 0 or profile.com_margin_mm is None:
+        return []
+    base = measured_footprint(placed)
+    below = supporters(placed, others, profile.support_tolerance_mm)
+    shared = (overlap(base, measured_footprint(one)) for one in below)
+    contact = [rect for rect in shared if rect is not None]
+    inside = hull_distance(contact, centre_of_mass(placed))
+    if inside >= LEAST_MARGIN_MM:
+        return []
+    names = ', '.join(repr(one.box.id) for one in below) or 'nothing'
+    text = (
+        f'box {placed.box.id!r} would tip over on {names}: by measured sizes its centre of mass '
+        f'lies {inside:.1f} mm inside what carries it, {LEAST_MARGIN_MM:g} mm are needed'
+    )
+    return [text]

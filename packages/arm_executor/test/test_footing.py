@@ -1,0 +1,48 @@
+"""A box that would tip over is refused, although the space that was reserved for it is carried."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from arm_executor.footing import footing_errors, measured_footprint
+from pack_msgs_py.profiles import PROFILES
+from pack_msgs_py.rules import violations
+from pack_msgs_py.values import Box, PlacedBox, parse_bin
+
+CELL = replace(PROFILES['cell'], size_sigmas=2.0)
+SIGMA = (4.0, 4.0, 4.0)
+
+
+def placed(name, size, corner, reserved, measured=None, orientation='xyz'):
+    box = Box(name, size, 3.0, size_stddev_mm=SIGMA)
+    return PlacedBox(box, corner, reserved, orientation, measured)
+
+
+# As met in physics, sigma 4 mm: the third corner stood on a strip of 10 mm that was not there.
+STRIP = placed('strip', (596.1, 193.5, 198.9), (0, 350, 0), (610, 210, 199), (305.0, 455.8, 100.0))
+SIDE = placed(
+    'side', (443.8, 353.5, 200.2), (780, 0, 0), (370, 460, 201), (963.3, 230.0, 100.0), 'yxz'
+)
+TIPS = placed('tips', (454.3, 314.4, 92.7), (550, 30, 201), (470, 330, 93))
+
+
+def test_a_box_on_a_strip_of_reserved_air_tips_over():
+    assert list(violations(TIPS, [STRIP, SIDE], parse_bin('LDC'), CELL)) == []
+    [error] = footing_errors(TIPS, [STRIP, SIDE], CELL)
+    assert "'tips' would tip over on 'strip', 'side'" in error
+
+
+def test_a_box_on_more_than_that_stands():
+    farther = replace(TIPS, corner_mm=(550, 60, 201))
+    assert footing_errors(farther, [STRIP, SIDE], CELL) == []
+    assert footing_errors(replace(TIPS, corner_mm=(550, 30, 0)), [], CELL) == []
+
+
+def test_where_a_box_was_measured_counts_and_not_where_it_was_planned():
+    assert measured_footprint(STRIP)[1] > 358.0 > measured_footprint(TIPS)[3]
+    moved = replace(STRIP, measured_mm=(305.0, 425.8, 100.0))
+    assert footing_errors(TIPS, [moved, SIDE], CELL) == []
+
+
+def test_rules_that_know_no_centre_of_mass_ask_for_nothing():
+    assert footing_errors(TIPS, [STRIP, SIDE], PROFILES['paper']) == []
