@@ -9,10 +9,9 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Sequence
 
-import numpy as np
 import pybullet
-from numpy.typing import NDArray
 
 from arm_executor.layout import Tool
 from arm_executor.suction import Pad, PadLoad, overload, pad_on
@@ -41,7 +40,7 @@ class SuctionGripper:
         self._constraint: int | None = None
         self._grasp: Pose | None = None
         self._pad: Pad | None = None
-        self._borne: deque[NDArray[np.float64]] = deque(maxlen=_EVEN_OUT)
+        self._borne: deque[tuple[float, ...]] = deque(maxlen=_EVEN_OUT)
         self._soft: str | None = None
         self.box_id: str | None = None
         self.lost_because = ''
@@ -111,19 +110,23 @@ class SuctionGripper:
         """What the pad bears, evened out; ``None`` while it holds nothing."""
         if self._constraint is None or self.box_id is None or not self._borne:
             return None
-        force, torque = np.split(np.mean(self._borne, axis=0), 2)
+        # In plain numbers: this is done in every step, and arrays this small are slow.
+        count = len(self._borne)
+        fx, fy, fz, tx, ty, tz = (sum(column) / count for column in zip(*self._borne, strict=True))
         tool = self._world.tool_pose()
         turn = pybullet.getMatrixFromQuaternion(tool.quaternion)
-        down = np.array([turn[2], turn[5], turn[8]])
+        dx, dy, dz = turn[2], turn[5], turn[8]
         # The constraint acts at the box's centre of mass; the pad bears that and its lever.
         number = self._world.boxes[self.box_id].number
         centre, _ = pybullet.getBasePositionAndOrientation(
             number, physicsClientId=self._world.client
         )
-        moment = torque + np.cross(np.subtract(centre, tool.position), force)
-        pull = -float(force @ down)
-        shear = float(np.linalg.norm(force + pull * down))
-        peel = float(np.linalg.norm(moment - (moment @ down) * down))
+        rx, ry, rz = (a - b for a, b in zip(centre, tool.position, strict=True))
+        mx, my, mz = tx + ry * fz - rz * fy, ty + rz * fx - rx * fz, tz + rx * fy - ry * fx
+        pull = -(fx * dx + fy * dy + fz * dz)
+        shear = math.hypot(fx + pull * dx, fy + pull * dy, fz + pull * dz)
+        twist = mx * dx + my * dy + mz * dz
+        peel = math.hypot(mx - twist * dx, my - twist * dy, mz - twist * dz)
         return PadLoad(pull, shear, peel)
 
     def release(self) -> None:
@@ -146,8 +149,10 @@ class SuctionGripper:
             return
         borne = pybullet.getConstraintState(self._constraint, physicsClientId=self._world.client)
         # As the box feels it: forces along the axes of `cell`, torques about those of the box.
-        force, turning = -np.array(borne[:3]), -np.array(borne[3:6])
-        self._borne.append(np.r_[force, self._axes() @ turning])
+        fx, fy, fz, x, y, z = (-value for value in borne[:6])
+        a, b, c, d, e, f, g, h, i = self._axes()
+        turning = (a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z)
+        self._borne.append((fx, fy, fz, *turning))
         load = self.load()
         if len(self._borne) < _EVEN_OUT or load is None:
             return
@@ -156,12 +161,14 @@ class SuctionGripper:
             self.lost_because = too_much
             self._part()
 
-    def _axes(self) -> NDArray[np.float64]:
+    def _axes(self) -> Sequence[float]:
+        """Axes of the held box as a matrix, row by row (9,)."""
         assert self.box_id is not None
         _, quaternion = pybullet.getBasePositionAndOrientation(
             self._world.boxes[self.box_id].number, physicsClientId=self._world.client
         )
-        return np.array(pybullet.getMatrixFromQuaternion(quaternion)).reshape(3, 3)
+        rows: Sequence[float] = pybullet.getMatrixFromQuaternion(quaternion)
+        return rows
 
     def _relative(self, box_id: str) -> Pose:
         tool, box = self._world.tool_pose(), self._world.pose(box_id)
