@@ -62,5 +62,6 @@ def test_the_readme_lists_every_option_of_run() -> None:
 def test_links_between_the_pages_lead_somewhere() -> None:
     pages = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *ROOT.glob('docs/*.md')]
     for page in [*pages, *ROOT.glob('packages/*/README.md'), *ROOT.glob('docker/*.md')]:
-        for target in re.findall(r'\]\(([^)#:]+)(?:#[^)]*)?\)', page.read_text()):
+        text = re.sub(r'(?ms)^ *```.*?^ *```', '', page.read_text())
+        for target in re.findall(r'\]\(([^)#:]+)(?:#[^)]*)?\)', text):
             assert (page.parent / target).exists(), f'{page.relative_to(ROOT)}: {target}'
