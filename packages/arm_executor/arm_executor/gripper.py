@@ -17,6 +17,7 @@ from arm_executor.layout import Tool
 from arm_executor.suction import Pad, PadLoad, overload, pad_on
 from arm_executor.world import PhysicsWorld
 from pack_msgs_py.cell_values import Pose
+from pack_msgs_py.values import Vec3
 
 #: The bellows give way, and reach out, by this much until their lip seals, metres.
 STROKE = 0.012
@@ -63,8 +64,11 @@ class SuctionGripper:
         self._yield_to(None)
         self._yield_to(box_id)
 
-    def attach(self, box_id: str) -> bool:
-        """Take hold of ``box_id``; ``False`` when the bellows do not seal on it."""
+    def attach(self, box_id: str, face: Vec3 | None = None) -> bool:
+        """Take hold of ``box_id``; ``False`` when the bellows do not seal on it.
+
+        ``face`` is the box's size as seen along the tool, of its top without.
+        """
         world = self._world
         if abs(self.gap(box_id)) > STROKE:
             return False
@@ -92,7 +96,7 @@ class SuctionGripper:
         )
         pybullet.changeConstraint(self._constraint, maxForce=_STIFF_N, physicsClientId=world.client)
         self._filter(body, collide=False)
-        self._pad = pad_on(self._tool, world.boxes[box_id].size)
+        self._pad = pad_on(self._tool, face or world.boxes[box_id].size)
         self._borne.clear()
         self.lost_because = ''
         self.box_id = box_id

@@ -28,8 +28,10 @@ from arm_executor.driver import ArmDriver
 from arm_executor.gripper import SuctionGripper
 from arm_executor.layout import Layout, check_layout, conveyor_block
 from arm_executor.motion.collision import PlanningWorld
+from arm_executor.motion.grasp import as_taken
 from arm_executor.motion.path import JointPath
-from arm_executor.motion.planner import MotionPlanner, PlannedMotion
+from arm_executor.motion.planned import PlannedMotion
+from arm_executor.motion.planner import MotionPlanner
 from arm_executor.motion.stances import GRIP_S, RELEASE_S
 from arm_executor.motion.template import metres
 from arm_executor.motion.timing import Load, MotionLimits
@@ -192,12 +194,15 @@ class PhysicsArm:
         driver.follow(motion.approach, run, [(0.0, Phase.APPROACHING)])
         run.enter(Phase.GRASPING)
         driver.rest(run, GRIP_S)
-        if not self.gripper.attach(box.id):
-            gap = 1000 * self.gripper.gap(box.id)
-            msg = f'box {box.id}: no vacuum builds up, the pad is {gap:.1f} mm from its top'
+        taken = as_taken(request)
+        tilts = taken is not request
+        if not self.gripper.attach(box.id, metres(taken.box.size_mm) if tilts else None):
+            gap, face = 1000 * self.gripper.gap(box.id), 'front' if tilts else 'top'
+            msg = f'box {box.id}: no vacuum builds up, the pad is {gap:.1f} mm from its {face}'
             raise Interrupted(ErrorCode.GRASP_FAILED, msg)
         self._presented = None
-        load = Load(box.weight_kg, metres(box.size_mm), metres(box.com_offset_mm))
+        size, offset = metres(taken.box.size_mm), metres(taken.box.com_offset_mm)
+        load = Load(box.weight_kg, size, offset, tilts)
         self._held = _Held(self.world.pose(box.id), motion.carry_path, load)
         self._truth.picked(box.id)
         run.hooks.picked()

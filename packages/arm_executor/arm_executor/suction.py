@@ -61,7 +61,9 @@ def overload(pad: Pad, load: PadLoad) -> str | None:
     return None
 
 
-def tool_acceleration_limit(tool: Tool, mass: float, size: Vec3, com_offset: Vec3) -> float:
+def tool_acceleration_limit(
+    tool: Tool, mass: float, size: Vec3, com_offset: Vec3, *, tilts: bool = False
+) -> float:
     """Acceleration, m/s2, that the pad may give a box level and upwards at the same time.
 
     Zero or less when it cannot even hold the box still. ``size`` and ``com_offset`` are metres.
@@ -70,21 +72,27 @@ def tool_acceleration_limit(tool: Tool, mass: float, size: Vec3, com_offset: Vec
     shear  m a <= friction (F - m (g + a)),
     peel   m (g + a) e + m a h <= lever (F - m (g + a)),
     where e is how far the centre of mass is off the pad's axis, and h how far below the pad.
+    A pad that ``tilts`` bears gravity in any direction between down and across; of those the
+    worst counts, for either limit.
     """
     pad = pad_on(tool, size)
-    spare = pad.grip / tool.safety / mass - GRAVITY
+    held = pad.grip / tool.safety / mass
     aside = math.hypot(com_offset[0], com_offset[1])
     below = size[2] / 2 - com_offset[2]
-    shear = pad.friction * spare / (1 + pad.friction)
-    peel = (pad.lever * spare - GRAVITY * aside) / (pad.lever + aside + below)
+    across, over = (1.0, below) if tilts else (0.0, 0.0)
+    sliding = GRAVITY * math.hypot(pad.friction, across)
+    shear = (pad.friction * held - sliding) / (1 + pad.friction)
+    peeling = GRAVITY * math.hypot(pad.lever + aside, over)
+    peel = (pad.lever * held - peeling) / (pad.lever + aside + below)
     return min(shear, peel)
 
 
-def check_grip(tool: Tool, box: Box) -> None:
+def check_grip(tool: Tool, box: Box, *, tilts: bool = False) -> None:
     """:class:`MotionError` ``LIMITS_EXCEEDED`` when the pad cannot carry ``box``."""
     size = _metres(box.size_mm)
     offset = _metres(box.com_offset_mm)
-    if tool_acceleration_limit(tool, box.weight_kg, size, offset) >= LEAST_ACCELERATION:
+    most = tool_acceleration_limit(tool, box.weight_kg, size, offset, tilts=tilts)
+    if most >= LEAST_ACCELERATION:
         return
     pad = pad_on(tool, size)
     aside = math.hypot(offset[0], offset[1])

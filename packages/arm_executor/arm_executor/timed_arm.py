@@ -21,6 +21,7 @@ from arm_executor.arm import (
     PlaceRequest,
 )
 from arm_executor.layout import Layout, bin_frame
+from arm_executor.motion.grasp import stands_upright
 from arm_executor.truth import Truth, mismatch, missed_by_pad, true_rest
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode, Phase
@@ -40,6 +41,9 @@ HALF_TURN_RAD = math.radians(120.0)
 GRIP_S = 0.25
 #: Air between the carried box and the rims that it passes over.
 CLEARANCE_M = 0.10
+#: How much longer a box takes that is taken by its front: to get the tool level, and down again;
+#: medians of planned motions.
+TO_LEVEL_S, FROM_LEVEL_S = 1.0, 0.7
 #: A waiting thread looks this often whether progress is due; a stop is noticed at once.
 SLICE_S = 0.1
 
@@ -98,10 +102,12 @@ def predict(request: PlaceRequest, target: Bin, layout: Layout) -> dict[Phase, f
         HALF_TURN_RAD if half_turn else 0.0, TURN_SPEED_RAD_S, TURN_ACCELERATION_RAD_S2
     )
     across = max(rail, turn)
+    upright = stands_upright(request.target.quaternion)
+    to_level, from_level = (0.0, 0.0) if upright else (TO_LEVEL_S, FROM_LEVEL_S)
     return {
-        Phase.APPROACHING: tool(wait_height - pick_top),
+        Phase.APPROACHING: tool(wait_height - pick_top) + to_level,
         Phase.GRASPING: GRIP_S,
-        Phase.TRANSFERRING: tool(over - pick_top) / 2 + across,
+        Phase.TRANSFERRING: tool(over - pick_top) / 2 + across + from_level,
         Phase.LOWERING: tool(over - place_top),
         Phase.RELEASING: GRIP_S,
         Phase.RETREATING: tool(over - place_top) / 2 + across,

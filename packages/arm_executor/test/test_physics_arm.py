@@ -109,7 +109,7 @@ def test_target_out_of_reach_is_refused(arm):
 
 def test_tipped_target_is_refused_with_the_reason(arm):
     tipped = (math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
-    with pytest.raises(MotionError, match='picks from above only') as refused:
+    with pytest.raises(MotionError, match='takes boxes by the top or by the front') as refused:
         arm.plan(request_for(arm, box(), 'A', (0.5, 0.4, 0.1), tipped))
     assert refused.value.code is ErrorCode.NO_IK_SOLUTION
 

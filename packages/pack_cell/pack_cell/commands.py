@@ -13,7 +13,7 @@ from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 from arm_executor.layout import lifting_limit
 from arm_executor.layout_file import find_layout
 from conveyor_sim.streams import destination_names, resolved
-from pack_cell.options import SCAN_SIGMA_DEG, SCAN_SIGMA_KG, RunOptions
+from pack_cell.options import GRASP_FACES, SCAN_SIGMA_DEG, SCAN_SIGMA_KG, RunOptions
 from pack_cell.supervisor import NodeSpec
 
 #: Node name to (package, executable).
@@ -48,7 +48,7 @@ def node_parameters(folder: Path, options: RunOptions) -> dict[str, dict[str, An
         'planner': {
             'algorithm': options.algorithm,
             'profile': options.profile,
-            'orientations': 'upright',
+            'orientations': GRASP_FACES[options.grasp_faces],
             'size_sigmas': options.size_sigmas,
             'look_ahead': options.look_ahead,
             'deadline_s': options.deadline_s,
@@ -63,7 +63,7 @@ def node_parameters(folder: Path, options: RunOptions) -> dict[str, dict[str, An
             'destinations': options.serve or ','.join(destination_names(options.destinations)),
             'open_bins': options.open_bins,
             'profile': options.profile,
-            'orientations': 'upright',
+            'orientations': GRASP_FACES[options.grasp_faces],
             'size_sigmas': options.size_sigmas,
             'speed': options.speed,
             'state_dir': state,

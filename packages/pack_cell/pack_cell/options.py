@@ -19,6 +19,8 @@ from pack_msgs_py.values import BinSpec, parse_bin
 
 #: Error of the scanner by profile: what one can buy, and none, as in the paper.
 SCAN_SIGMA_MM = {'cell': 2.0, 'paper': 0.0}
+#: Orientation rule of planner and executor by the faces that the arm takes boxes by.
+GRASP_FACES = {'top': 'upright', 'any': 'upright_or_front_up'}
 #: What else is off when the sizes are, in kilograms and degrees.
 SCAN_SIGMA_KG, SCAN_SIGMA_DEG = 0.02, 0.3
 
@@ -61,6 +63,7 @@ class RunOptions:
     scan_sigma_mm: float
     size_sigmas: float
     faults: str
+    grasp_faces: str = 'top'
     planner: tuple[tuple[str, Value], ...] = ()
 
 
@@ -197,6 +200,13 @@ def add_run_options(parser: argparse.ArgumentParser, algorithms: tuple[str, ...]
         type=Path,
         metavar='FILE',
         help='YAML file that says where everything stands; `cell layout` prints and checks one',
+    )
+    act.add_argument(
+        '--grasp-faces',
+        choices=tuple(GRASP_FACES),
+        default='top',
+        help='top (default): boxes stay upright; any: they may also be taken by the front, which '
+        'comes up',
     )
     act.add_argument(
         '--deadline',

@@ -12,7 +12,7 @@ from typing import Any
 
 from pack_cell.accounts import Ledger, accounts, disagreements, waits
 from pack_cell.archive import BinFigures
-from pack_cell.options import RunOptions
+from pack_cell.options import GRASP_FACES, RunOptions
 from pack_cell.record import RunRecord
 from pack_msgs_py.codes import BoxEventKind
 from pack_msgs_py.metrics import fill_metrics_of
@@ -21,12 +21,14 @@ from pack_msgs_py.profiles import Profile, find_profile
 _PACKAGES = ('pack_cell', 'numpy', 'pybullet', 'rclpy', 'toppra', 'pin', 'numba')
 
 
-def execution_profile(name: str, size_sigmas: float | None = None) -> Profile:
+def execution_profile(
+    name: str, size_sigmas: float | None = None, grasp_faces: str = 'top'
+) -> Profile:
     """The rules as a run with an arm applies them, ``size_sigmas`` instead of the profile's own.
 
-    Whatever the profile allows, this arm picks boxes from above, so they stay upright.
+    Whatever the profile allows, it is the arm's ``grasp_faces`` that orientations depend on.
     """
-    profile = replace(find_profile(name), orientations='upright')
+    profile = replace(find_profile(name), orientations=GRASP_FACES[grasp_faces])
     return profile if size_sigmas is None else replace(profile, size_sigmas=size_sigmas)
 
 
@@ -76,7 +78,9 @@ def summarize(
     memory: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """The summary of a run as plain data; fills are percent, times seconds."""
-    closed, still_open = record.bin_figures(execution_profile(options.profile, options.size_sigmas))
+    closed, still_open = record.bin_figures(
+        execution_profile(options.profile, options.size_sigmas, options.grasp_faces)
+    )
     violations = [broken for one in (*closed, *still_open) for broken in one.violations]
     hidden = 0 if ledger is None else list(ledger.places.values()).count('unseen')
     unaccounted = record.unaccounted(hidden)

@@ -23,16 +23,23 @@ from pack_msgs_py.values import (
 ORIENTATIONS = ('xyz', 'yxz', 'xzy', 'zxy', 'yzx', 'zyx')
 
 #: Unit quaternions (x, y, z, w), bin frame from box frame. Each is a proper rotation; the sign of
-#: the axes is free for a rectangular box and chosen for the smallest turn.
+#: the axes is free for a rectangular box and chosen for the smallest turn, and so that of the faces
+#: along y it is the front (-y) that comes up: that is the one that an arm can take on the belt.
 _H = math.sqrt(0.5)
 QUATERNIONS: dict[str, tuple[float, float, float, float]] = {
     'xyz': (0.0, 0.0, 0.0, 1.0),
     'yxz': (0.0, 0.0, _H, _H),
-    'xzy': (_H, 0.0, 0.0, _H),
-    'zxy': (0.5, 0.5, 0.5, 0.5),
+    'xzy': (-_H, 0.0, 0.0, _H),
+    'zxy': (-0.5, -0.5, 0.5, 0.5),
     'yzx': (-0.5, -0.5, -0.5, 0.5),
     'zyx': (0.0, _H, 0.0, _H),
 }
+
+#: A front is large enough for a suction pad from this edge on, with the belt's head just below it.
+FRONT_EDGE_MM = 100.0
+#: And what is held by it may weigh, times how far its middle is behind the front, kg m: more peels
+#: the pad off, or has to be carried too slowly.
+FRONT_MOMENT_KG_M = 0.9
 
 _UP_FLAGS = {
     'x': UP_POS_X | UP_NEG_X,
@@ -65,16 +72,44 @@ def _upright(size_mm: Vec3, orientation: str) -> bool:
     return orientation[2] == 'z'
 
 
+def _upright_or_front_up(size_mm: Vec3, orientation: str) -> bool:
+    """Boxes are taken by the top, or by the front, which is along x and z on the belt."""
+    large = min(size_mm[0], size_mm[2]) >= FRONT_EDGE_MM
+    return orientation[2] == 'z' or (orientation[2] == 'y' and large)
+
+
+def front_refusal(box: Box) -> str:
+    """Why an arm cannot take ``box`` by its front (-y); empty when nothing speaks against it."""
+    length, depth, height = box.size_mm
+    if not box.allowed_up & UP_NEG_Y:
+        return f'its front may not come up (allowed_up {box.allowed_up})'
+    if min(length, height) < FRONT_EDGE_MM:
+        return (
+            f'its front is {length:g} x {height:g} mm; the pad takes fronts from '
+            f'{FRONT_EDGE_MM:g} mm each way'
+        )
+    moment = box.weight_kg * depth / 2000
+    if moment > FRONT_MOMENT_KG_M:
+        return (
+            f'{box.weight_kg:g} kg reach {depth / 2:g} mm behind it, which is {moment:.2f} kg m; '
+            f'the pad holds {FRONT_MOMENT_KG_M:g} kg m'
+        )
+    return ''
+
+
 ORIENTATION_RULES: dict[str, Callable[[Vec3, str], bool]] = {
     'any': _any,
     'largest_not_vertical': _largest_not_vertical,
     'upright': _upright,
+    'upright_or_front_up': _upright_or_front_up,
 }
 
 
 def orientation_allowed(box: Box, orientation: str, rule: str) -> bool:
     """Whether ``rule`` and the box's own up flags both allow ``orientation``."""
     vertical_axis = orientation[2]
+    if rule == 'upright_or_front_up' and vertical_axis == 'y' and front_refusal(box):
+        return False
     return bool(box.allowed_up & _UP_FLAGS[vertical_axis]) and ORIENTATION_RULES[rule](
         box.size_mm, orientation
     )

@@ -10,7 +10,7 @@ from pack_msgs_py.orientation import (
     allowed_orientations,
     oriented_size,
 )
-from pack_msgs_py.values import UP_NEG_Z, UP_POS_Z, Box
+from pack_msgs_py.values import UP_NEG_Y, UP_NEG_Z, UP_POS_Y, UP_POS_Z, Box
 
 
 def rotate(quaternion, vector):
@@ -65,3 +65,32 @@ def test_upright_turns_about_the_vertical_only():
 def test_a_box_that_must_stay_up_overrides_the_rule():
     box = Box('b', (300, 200, 100), allowed_up=UP_POS_Z | UP_NEG_Z)
     assert set(allowed_orientations(box, 'any')) == {'xyz', 'yxz'}
+
+
+@pytest.mark.parametrize('orientation', ['xzy', 'zxy'])
+def test_of_the_faces_along_y_the_front_comes_up(orientation):
+    assert rotate(QUATERNIONS[orientation], (0.0, -1.0, 0.0)) == pytest.approx((0.0, 0.0, 1.0))
+
+
+def test_an_arm_brings_up_top_and_front_but_no_end():
+    allowed = allowed_orientations(Box('b', (300, 200, 150)), 'upright_or_front_up')
+    assert set(allowed) == {'xyz', 'yxz', 'xzy', 'zxy'}
+
+
+@pytest.mark.parametrize(
+    'box',
+    [
+        Box('b', (300, 200, 90)),
+        Box('b', (90, 200, 150)),
+        Box('b', (300, 200, 150), 9.5),
+        Box('b', (300, 200, 150), allowed_up=UP_POS_Z | UP_POS_Y),
+    ],
+    ids=['front too low', 'front too narrow', 'too heavy to hold by its front', 'back up only'],
+)
+def test_a_front_that_the_pad_cannot_hold_or_may_not_come_up_is_no_option(box):
+    assert set(allowed_orientations(box, 'upright_or_front_up')) == {'xyz', 'yxz'}
+
+
+def test_a_front_that_may_come_up_is_an_option():
+    box = Box('b', (300, 200, 150), 8.5, allowed_up=UP_POS_Z | UP_NEG_Y)
+    assert 'xzy' in allowed_orientations(box, 'upright_or_front_up')

@@ -62,7 +62,7 @@ class PlanningWorld:
         self._bodies: dict[str, tuple[int, object, tuple[Array, Array]]] = {}
         self._names: dict[int, str] = {self._robot: 'arm'}
         self._held: dict[str, int] = {}
-        self._held_size: Vec3 = (0.0, 0.0, 0.0)
+        self.held_size: Vec3 = (0.0, 0.0, 0.0)
 
     def set_block(self, block: Block) -> None:
         """Add a fixed obstacle under its own name."""
@@ -110,7 +110,7 @@ class PlanningWorld:
         pybullet.setCollisionFilterPair(
             self._held['close'], self._held['wide'], -1, -1, 0, physicsClientId=self._client
         )
-        self._held_size = size
+        self.held_size = size
 
     def drop(self) -> None:
         """Take the carried box away."""
@@ -140,11 +140,36 @@ class PlanningWorld:
                 half = 0.5 * (float(path.yaw[index]) + box_turn)
                 pybullet.resetBasePositionAndOrientation(
                     held,
-                    (x, y, z - self._held_size[2] / 2),
+                    (x, y, z - self.held_size[2] / 2),
                     (0.0, 0.0, np.sin(half), np.cos(half)),
                     physicsClientId=self._client,
                 )
             hit = self._hit_at(path.q[index], held)
+            if hit is not None:
+                return hit
+        return None
+
+    def first_hit_tilted(self, q: Array, tool: Array) -> str | None:
+        """Like :meth:`first_hit` for a box held in front of a tool that tilts on its way.
+
+        ``tool`` (n, 4, 4) is the pose of the pad's face at ``q`` (n, 7). The box's own z points
+        out of the pad, turned about its x by half a turn.
+        """
+        for body in self._held.values():
+            bullet.move_box(self._client, body, _ASIDE)
+        depth = self.held_size[2]
+        away = [np.linalg.norm(tool[:, :3, 3] - tool[end, :3, 3], axis=1) for end in (0, -1)]
+        beside = np.hypot(*(tool[:, :2, 3] - tool[-1, :2, 3]).T)
+        for index in _coarse_to_fine(len(q)):
+            if away[0][index] < WIDE_FROM:
+                continue
+            held = self._held['wide' if beside[index] > WIDE_FROM else 'close']
+            turn = tool[index, :3, :3]
+            centre = tool[index, :3, 3] + turn[:, 2] * depth / 2
+            pybullet.resetBasePositionAndOrientation(
+                held, centre.tolist(), _quaternion(turn), physicsClientId=self._client
+            )
+            hit = self._hit_at(q[index], held)
             if hit is not None:
                 return hit
         return None
@@ -184,6 +209,23 @@ class PlanningWorld:
     def close(self) -> None:
         """End the client."""
         pybullet.disconnect(physicsClientId=self._client)
+
+
+def _quaternion(turn: Array) -> list[float]:
+    """Quaternion (x, y, z, w) of a rotation matrix (3, 3)."""
+    m = turn
+    # The eigenvector of the largest eigenvalue (Bar-Itzhack, 2000) has no singular cases.
+    k = np.array(
+        [
+            [m[0, 0] - m[1, 1] - m[2, 2], m[1, 0] + m[0, 1], m[2, 0] + m[0, 2], m[2, 1] - m[1, 2]],
+            [m[1, 0] + m[0, 1], m[1, 1] - m[0, 0] - m[2, 2], m[2, 1] + m[1, 2], m[0, 2] - m[2, 0]],
+            [m[2, 0] + m[0, 2], m[2, 1] + m[1, 2], m[2, 2] - m[0, 0] - m[1, 1], m[1, 0] - m[0, 1]],
+            [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1], np.trace(m)],
+        ]
+    )
+    values, vectors = np.linalg.eigh(k)
+    found: list[float] = vectors[:, int(values.argmax())].tolist()
+    return found
 
 
 def _coarse_to_fine(count: int) -> list[int]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 from arm_executor.arm import MotionError, PlaceRequest
 from arm_executor.layout import Layout
 from arm_executor.motion.collision import BOX_SKIN, PlanningWorld
+from arm_executor.motion.front import FrontPlanner
+from arm_executor.motion.grasp import stands_upright
 from arm_executor.motion.path import (
     JointPath,
     Waypoint,
@@ -27,7 +29,8 @@ from arm_executor.motion.path import (
     waypoint,
     within_limits,
 )
-from arm_executor.motion.stances import GRIP_S, RELEASE_S, find_stances
+from arm_executor.motion.planned import PlannedMotion
+from arm_executor.motion.stances import find_stances
 from arm_executor.motion.swing import Obstacles
 from arm_executor.motion.template import (
     Site,
@@ -61,23 +64,6 @@ _MAX_TRIED, _MAX_TIMED, _BUDGET_S = 10, 4, 0.35
 _QUICK_S = 4.5
 #: The box is being lowered once it is this far below the top of its way, metres.
 _LEVEL = 0.01
-
-
-@dataclass(frozen=True)
-class PlannedMotion:
-    """Three trajectories from rest to rest, and when the second one starts to lower the box."""
-
-    approach: Trajectory
-    carry: Trajectory
-    retreat: Trajectory
-    lowering_s: float
-    carry_path: JointPath = field(repr=False)
-
-    @property
-    def duration(self) -> float:
-        """Robot time of all of it, grip and release included."""
-        moving = self.approach.duration + self.carry.duration + self.retreat.duration
-        return moving + GRIP_S + RELEASE_S
 
 
 @dataclass(frozen=True)
@@ -116,6 +102,7 @@ class MotionPlanner:
         self._layout = layout
         self._world = world
         self._period = period
+        self._front = FrontPlanner(self.kinematics, self.timing, layout, world, period)
 
     def home(self) -> Array:
         """Configuration (7,) above the pick point, elbow up, for the first motion."""
@@ -138,6 +125,9 @@ class MotionPlanner:
         """
         begun = time.thread_time()
         self._check_load(request)
+        if not stands_upright(request.target.quaternion):
+            self._start(q)
+            return self._front.plan(request, q, site)
         task = make_task(request, site, self._layout)
         start = self._start(q)
         stances = find_stances(self.kinematics, self.timing, task, start.q, start.branch)

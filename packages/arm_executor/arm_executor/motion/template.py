@@ -376,7 +376,7 @@ def _upright_yaw(pose: Pose, box_id: str, what: str) -> float:
     if math.hypot(x, y) > 0.01:
         msg = (
             f'box {box_id}: the {what} quaternion ({x:.3f}, {y:.3f}, {z:.3f}, {w:.3f}) tips the '
-            'box over; this arm picks from above only, so a box can only turn about the vertical'
+            'box over; taken from above it can only turn about the vertical'
         )
         raise MotionError(ErrorCode.NO_IK_SOLUTION, msg)
     return 2 * math.atan2(z, w)

@@ -57,11 +57,15 @@ class MotionLimits:
 
 @dataclass(frozen=True)
 class Load:
-    """What hangs on the pad: mass in kg, size in metres, centre of mass off the box's centre."""
+    """What hangs on the pad: mass in kg, size in metres, centre of mass off the box's centre.
+
+    ``tilts`` is whether the pad tilts with it on, so that gravity pulls across the pad too.
+    """
 
     mass: float
     size: Vec3
     com_offset: Vec3 = (0.0, 0.0, 0.0)
+    tilts: bool = False
 
 
 @dataclass(frozen=True)
@@ -186,7 +190,9 @@ class Timing:
         most = self.limits.tool_acceleration
         if load is None:
             return most * self.limits.empty_tool_factor
-        held = tool_acceleration_limit(self._tool, load.mass, load.size, load.com_offset)
+        held = tool_acceleration_limit(
+            self._tool, load.mass, load.size, load.com_offset, tilts=load.tilts
+        )
         return min(most, max(held, LEAST_ACCELERATION))
 
     def _constraints(

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arm_executor.motion.path import JointPath
-from arm_executor.motion.planner import PlannedMotion
+from arm_executor.motion.planned import PlannedMotion
 
 Array = NDArray[np.float64]
 

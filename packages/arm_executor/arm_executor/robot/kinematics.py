@@ -154,3 +154,25 @@ class CellKinematics:
         config[:, :, 0] = x[:, None]
         config[:, :, 1:] = inverse(self.arm, pose, branches)
         return config
+
+    def tool_ahead(self, rail: ArrayLike, xyz: ArrayLike, yaw: float = 0.0) -> Array:
+        """Configurations (n, 8, 7) with the tool level, the pad at ``xyz`` (n, 3) facing +y.
+
+        Both are then turned by ``yaw`` about the vertical. The pad's x is level; otherwise as
+        :meth:`tool_down`.
+        """
+        x = np.asarray(rail, dtype=float)
+        point = np.atleast_2d(np.asarray(xyz, dtype=float))
+        pose = np.zeros((len(point), 4, 4))
+        cosine, sine = math.cos(yaw), math.sin(yaw)
+        pose[:, :3, 0] = (cosine, sine, 0.0)
+        pose[:, :3, 1] = (0.0, 0.0, -1.0)
+        pose[:, :3, 2] = (-sine, cosine, 0.0)
+        pose[:, 3, 3] = 1.0
+        pose[:, :3, 3] = point - self.layout.tool.length * pose[:, :3, 2]
+        pose[:, 0, 3] -= x
+        pose[:, 2, 3] -= self.layout.rail.base_height
+        config = np.empty((len(point), 8, 7))
+        config[:, :, 0] = x[:, None]
+        config[:, :, 1:] = inverse(self.arm, pose)
+        return config
