@@ -15,6 +15,7 @@ from arm_executor.layout_file import find_layout
 from conveyor_sim.streams import destination_names, resolved
 from pack_cell.options import GRASP_FACES, SCAN_SIGMA_DEG, SCAN_SIGMA_KG, RunOptions
 from pack_cell.supervisor import NodeSpec
+from pack_planner.parameters import PlannerParameters
 
 #: Node name to (package, executable).
 NODES = {
@@ -53,6 +54,7 @@ def node_parameters(folder: Path, options: RunOptions) -> dict[str, dict[str, An
             'look_ahead': options.look_ahead,
             'deadline_s': options.deadline_s,
             'max_payload_kg': _payload(options),
+            'max_passed_over': most_passed_over(options),
             **dict(options.planner),
         },
         'arm_executor': {
@@ -69,6 +71,18 @@ def node_parameters(folder: Path, options: RunOptions) -> dict[str, dict[str, An
             'state_dir': state,
         },
     }
+
+
+def most_passed_over(options: RunOptions) -> int:
+    """When the planner must take a box, so that the conveyor does not reject it for its laps.
+
+    On a belt that runs all the time a box may pass twice while another one is picked.
+    """
+    usual = PlannerParameters().max_passed_over
+    if not options.max_laps:
+        return usual
+    allowed = options.max_laps // (2 if options.belt_mode == 'continuous' else 1)
+    return min(usual, max(1, allowed))
 
 
 def _payload(options: RunOptions) -> float:

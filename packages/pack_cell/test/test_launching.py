@@ -59,3 +59,17 @@ def test_a_wrong_argument_ends_the_launch(wrong, capsys):
 def test_a_cell_that_cannot_be_run_is_refused():
     with pytest.raises(ValueError, match='jams'):
         launched_nodes({'jams': 'sometimes'})
+
+
+@pytest.mark.parametrize(
+    ('max_laps', 'belt_mode', 'expected'),
+    [
+        ('100', 'stop_at_pick', 40),
+        ('12', 'stop_at_pick', 12),
+        ('12', 'continuous', 6),
+        ('0', 'continuous', 40),
+    ],
+)
+def test_the_planner_takes_a_box_before_the_conveyor_rejects_it(max_laps, belt_mode, expected):
+    found = launched_nodes({'max_laps': max_laps, 'belt_mode': belt_mode})
+    assert found['planner']['max_passed_over'] == expected
