@@ -2,8 +2,9 @@
 
 Ojha et al., section III-A.1 (CEP): "whenever a new box is placed, two of its surfaces should either
 be touching the already placed boxes (along the X-Y plane) or the walls of the bin"; their eq. (4)
-and (5) count one contact along x and one along y. Two faces touch when they share area and lie less
-than one grid step apart, since on the grid no box can come nearer.
+and (5) count one contact along x and one along y. As these equations have it, a contact is where
+the face of a box and the opposite face of another in the same bin lie in one plane, whether or not
+they share area; on the grid, less than one step apart, since no box can come nearer.
 
 Why looking at few positions is exact: contact along x with a given face holds at one grid position
 only, so every placement that touches both ways has its x beside a wall or a face, and its y too.
@@ -39,13 +40,8 @@ def touches(
         if low < step or bin_size[axis] - high < step:
             found[axis] = True
         for other in others:
-            beside = (
-                0 <= low - other.far_mm[axis] < step or 0 <= other.corner_mm[axis] - high < step
-            )
-            if beside and all(
-                placed.corner_mm[k] < other.far_mm[k] and other.corner_mm[k] < placed.far_mm[k]
-                for k in (1 - axis, 2)
-            ):
+            after, before = low - other.far_mm[axis], other.corner_mm[axis] - high
+            if 0 <= after < step or 0 <= before < step:
                 found[axis] = True
     return found[0], found[1]
 
@@ -60,21 +56,17 @@ def solids(model: BinModel) -> Ints:
 @njit(cache=True, nogil=True)
 def touching(bodies, bin_size, corner, size, step):  # type: ignore[no-untyped-def]
     """:func:`touches`, both ways at once, on the rows of :func:`solids`."""
-    x0, y0, z0 = corner
-    x1, y1, z1 = x0 + size[0], y0 + size[1], z0 + size[2]
+    x0, y0 = corner[0], corner[1]
+    x1, y1 = x0 + size[0], y0 + size[1]
     along_x = x0 < step or bin_size[0] - x1 < step
     along_y = y0 < step or bin_size[1] - y1 < step
     for index in range(len(bodies)):
         if along_x and along_y:
             return True
         body = bodies[index]
-        if z0 >= body[5] or body[2] >= z1:
-            continue
-        in_x = x0 < body[3] and body[0] < x1
-        in_y = y0 < body[4] and body[1] < y1
-        if in_y and (0 <= x0 - body[3] < step or 0 <= body[0] - x1 < step):
+        if 0 <= x0 - body[3] < step or 0 <= body[0] - x1 < step:
             along_x = True
-        if in_x and (0 <= y0 - body[4] < step or 0 <= body[1] - y1 < step):
+        if 0 <= y0 - body[4] < step or 0 <= body[1] - y1 < step:
             along_y = True
     return along_x and along_y
 

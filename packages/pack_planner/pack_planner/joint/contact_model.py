@@ -65,10 +65,6 @@ def _beside_placed(
     f.equal([(1, one.high[axis])], corner[axis] // step, ways[1])
     for way in ways:
         f.at_most([(1, way), (-1, inside)], 0)
-        for k in (1 - axis, 2):
-            unit = step if k < 2 else 1
-            f.at_most([(1, one.low[k])], -(-far[k] // unit) - 1, way)
-            f.at_least([(1, one.high[k])], corner[k] // unit + 1, way)
     return ways
 
 
@@ -82,7 +78,4 @@ def _beside_other(f: Formulation, one: BoxVariables, other: BoxVariables, axis: 
                 f.at_most([(1, v), (-1, other.bins[j])], 0, way)
             else:
                 f.at_most([(1, v)], 0, way)
-        for k in (1 - axis, 2):
-            f.at_most([(1, one.low[k]), (-1, other.high[k])], -1, way)
-            f.at_least([(1, one.high[k]), (-1, other.low[k])], 1, way)
     return ways
