@@ -158,16 +158,16 @@ class PlanningWorld:
         for body in self._held.values():
             bullet.move_box(self._client, body, _ASIDE)
         depth = self.held_size[2]
-        away = [np.linalg.norm(tool[:, :3, 3] - tool[end, :3, 3], axis=1) for end in (0, -1)]
+        away = np.linalg.norm(tool[:, :3, 3] - tool[0, :3, 3], axis=1)
         beside = np.hypot(*(tool[:, :2, 3] - tool[-1, :2, 3]).T)
+        turns = _quaternions(tool[:, :3, :3])
+        centres = (tool[:, :3, 3] + tool[:, :3, 2] * depth / 2).tolist()
         for index in _coarse_to_fine(len(q)):
-            if away[0][index] < WIDE_FROM:
+            if away[index] < WIDE_FROM:
                 continue
             held = self._held['wide' if beside[index] > WIDE_FROM else 'close']
-            turn = tool[index, :3, :3]
-            centre = tool[index, :3, 3] + turn[:, 2] * depth / 2
             pybullet.resetBasePositionAndOrientation(
-                held, centre.tolist(), _quaternion(turn), physicsClientId=self._client
+                held, centres[index], turns[index], physicsClientId=self._client
             )
             hit = self._hit_at(q[index], held)
             if hit is not None:
@@ -211,20 +211,22 @@ class PlanningWorld:
         pybullet.disconnect(physicsClientId=self._client)
 
 
-def _quaternion(turn: Array) -> list[float]:
-    """Quaternion (x, y, z, w) of a rotation matrix (3, 3)."""
-    m = turn
-    # The eigenvector of the largest eigenvalue (Bar-Itzhack, 2000) has no singular cases.
-    k = np.array(
+def _quaternions(turns: Array) -> list[list[float]]:
+    """Quaternions (x, y, z, w) of rotation matrices (n, 3, 3).
+
+    The eigenvector of the largest eigenvalue (Bar-Itzhack, 2000) has no singular cases.
+    """
+    m = np.moveaxis(turns, 0, -1)
+    table = np.array(
         [
             [m[0, 0] - m[1, 1] - m[2, 2], m[1, 0] + m[0, 1], m[2, 0] + m[0, 2], m[2, 1] - m[1, 2]],
             [m[1, 0] + m[0, 1], m[1, 1] - m[0, 0] - m[2, 2], m[2, 1] + m[1, 2], m[0, 2] - m[2, 0]],
             [m[2, 0] + m[0, 2], m[2, 1] + m[1, 2], m[2, 2] - m[0, 0] - m[1, 1], m[1, 0] - m[0, 1]],
-            [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1], np.trace(m)],
+            [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1], m[0, 0] + m[1, 1] + m[2, 2]],
         ]
     )
-    values, vectors = np.linalg.eigh(k)
-    found: list[float] = vectors[:, int(values.argmax())].tolist()
+    _, vectors = np.linalg.eigh(np.moveaxis(table, -1, 0))
+    found: list[list[float]] = vectors[:, :, -1].tolist()
     return found
 
 

@@ -51,9 +51,9 @@ PATH_STEP = 0.015
 #: How deep the box is, the scanner knows only to a standard deviation; it is let go this many above
 #: what it is to stand on. From above its base is where the belt was.
 _SIGMAS = 3.0
-_MAX_TIMED, _BUDGET_S = 3, 0.45
+_MAX_TIMED, _BUDGET_S = 2, 0.35
 #: A motion this quick is taken as it comes, seconds.
-_QUICK_S = 4.9
+_QUICK_S = 5.2
 _STYLES = (Style(0.30), Style(0.15), Style(0.06, lift=0.05, slant=False))
 
 
