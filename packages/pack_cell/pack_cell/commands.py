@@ -76,13 +76,14 @@ def node_parameters(folder: Path, options: RunOptions) -> dict[str, dict[str, An
 def most_passed_over(options: RunOptions) -> int:
     """When the planner must take a box, so that the conveyor does not reject it for its laps.
 
-    On a belt that runs all the time a box may pass twice while another one is picked.
+    On a belt that runs all the time a box passes up to three times while another one is picked, and
+    all others of the look-ahead may be due as well.
     """
     usual = PlannerParameters().max_passed_over
     if not options.max_laps:
         return usual
-    allowed = options.max_laps // (2 if options.belt_mode == 'continuous' else 1)
-    return min(usual, max(1, allowed))
+    reserve = 3 * options.look_ahead if options.belt_mode == 'continuous' else 0
+    return min(usual, max(1, options.max_laps - reserve))
 
 
 def _payload(options: RunOptions) -> float:

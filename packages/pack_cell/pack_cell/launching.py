@@ -37,6 +37,7 @@ ARGUMENTS = {
     'max_laps': ('--max-laps', '100', 'a box passed over more often is rejected; 0: never'),
     'arm': ('--arm', 'physics', 'physics or timed'),
     'robot': ('--robot', '', 'ur5e, ur10e, ur16e, ur20 or ur30; empty: that of the layout'),
+    'grasp_faces': ('--grasp-faces', 'top', 'top: boxes stay upright; any: by the front too'),
     'layout': ('--layout', '', 'YAML file of the layout; empty: the default'),
 }
 

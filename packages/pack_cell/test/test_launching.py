@@ -66,7 +66,8 @@ def test_a_cell_that_cannot_be_run_is_refused():
     [
         ('100', 'stop_at_pick', 40),
         ('12', 'stop_at_pick', 12),
-        ('12', 'continuous', 6),
+        ('30', 'continuous', 15),
+        ('12', 'continuous', 1),
         ('0', 'continuous', 40),
     ],
 )
