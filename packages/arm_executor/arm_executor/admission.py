@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 from arm_executor.bins import BookState
-from arm_executor.footing import footing_errors
+from arm_executor.footing import footing_errors, measured_top_mm
 from arm_executor.records import placed_of
 from pack_msgs_py.cell_values import Decision, Pose, Quaternion, Scan, ScannedBox
 from pack_msgs_py.checks import InvalidValue, check_finite, check_frame, check_pose
@@ -231,7 +231,7 @@ def commanded_pose_errors(
     )
     steps = (profile.resolution_mm, profile.resolution_mm, profile.resolution_z_mm)
     below = supporters(placed, others, profile.support_tolerance_mm)
-    sunk = [_measured_top_mm(other) - placed.corner_mm[2] for other in below]
+    sunk = [measured_top_mm(other) - placed.corner_mm[2] for other in below]
     for axis, wanted, metres, step in zip('xyz', planned, target.position, steps, strict=True):
         off = 1e3 * metres - wanted
         low, high = (min(0.0, *sunk), max(0.0, *sunk)) if axis == 'z' and sunk else (0.0, 0.0)
@@ -247,13 +247,6 @@ def commanded_pose_errors(
             f'orientation {placed.orientation!r}'
         )
     return errors
-
-
-def _measured_top_mm(placed: PlacedBox) -> float:
-    if placed.measured_mm is None:
-        return float(placed.top_mm)
-    height = oriented_size(placed.box.size_mm, placed.orientation)[2]
-    return placed.measured_mm[2] + height / 2
 
 
 def orientation_error(quaternion: Quaternion, orientation: str) -> float:
