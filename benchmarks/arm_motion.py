@@ -28,11 +28,12 @@ from pathlib import Path
 from arm_executor.arm import MotionError, MotionHooks, MotionPlan, PlaceRequest
 from arm_executor.layout import NO_WALLS, OPEN_FRONT, bin_frame, pick_pose
 from arm_executor.layout_file import load_layout
-from arm_executor.motion.planner import PlannedMotion
+from arm_executor.motion.planned import PlannedMotion
 from arm_executor.motion.stances import GRIP_S, RELEASE_S
 from arm_executor.physics_arm import PhysicsArm
 from arm_executor.render import Camera
 from conveyor_sim.streams import load_boxes
+from pack_cell.options import GRASP_FACES
 from pack_msgs_py.cell_values import Decision, Pose
 from pack_msgs_py.codes import ErrorCode, Phase
 from pack_msgs_py.metrics import quantile
@@ -87,7 +88,7 @@ class Rig:
         layout = load_layout(options.layout) if options.layout else None
         self.arm = PhysicsArm(layout)
         self.spec = parse_bin(kind)
-        profile = replace(find_profile('cell'), orientations='upright')
+        profile = replace(find_profile('cell'), orientations=GRASP_FACES[options.grasp_faces])
         self.planner = Planner(Settings(options.algorithm, profile), time.perf_counter)
         self.refusals = Refusals()
         self.tally = Tally(kind)
@@ -274,6 +275,7 @@ def main() -> int:
     parser.add_argument('--count', type=int, default=40)
     parser.add_argument('--seed', type=int, default=0, help='0: boxes in the order of the file')
     parser.add_argument('--boxes', default='', help='box file; default: the built-in list')
+    parser.add_argument('--grasp-faces', choices=tuple(GRASP_FACES), default='top')
     parser.add_argument('--deadline', type=float, default=5.5)
     parser.add_argument('--algorithm', default='mpack_lite')
     parser.add_argument('--layout', type=Path, help='another layout.yaml')
