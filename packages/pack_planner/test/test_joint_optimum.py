@@ -130,6 +130,24 @@ def test_a_cut_short_search_keeps_its_start_and_says_what_is_proven():
     assert cut > 3
 
 
+@pytest.mark.parametrize('most_entries', [0, 40, 400, 4000])
+def test_what_is_not_listed_is_not_claimed_to_be_worse(most_entries):
+    claims = cut = 0
+    for seed in range(24):
+        problem = tiny_problem(ENGINES['paper'], seed, 3)
+        start = greedy(problem, by_volume(problem.boxes))
+        best = search(problem, start)
+        short = JointSearch(
+            problem.engine, problem.boxes, problem.bins, problem.forbidden, start,
+            most_entries=most_entries,
+        ).run(10**5, lambda: False)  # fmt: skip
+        assert short.lower_bound <= best.objective + 1e-6, seed
+        assert short.objective >= best.objective - 1e-6, seed
+        claims += short.proven
+        cut += short.lower_bound < best.lower_bound - 1e-6
+    assert claims > 0 if most_entries else cut > 0
+
+
 def test_a_search_goes_on_where_it_stopped():
     problem = tiny_problem(ENGINES['paper'], 10, 3)
     joint = JointSearch(problem.engine, problem.boxes, problem.bins, problem.forbidden)

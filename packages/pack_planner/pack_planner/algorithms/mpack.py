@@ -15,11 +15,13 @@ from pack_planner.algorithms.selection import selection_key
 from pack_planner.engine import Candidate, Engine
 from pack_planner.engine.engine import nothing_forbidden
 from pack_planner.joint.solution import JointResult
-from pack_planner.joint.solve import JointSearch
+from pack_planner.joint.solve import MOST_ENTRIES, JointSearch
 from pack_planner.joint.solvers import cp_sat_installed, solve_joint
 
 #: How long our own search tries before CP-SAT does, seconds.
 HEAD_START_S = 0.2
+#: Listing as many places in a bin takes about a fifth of the budget.
+_ENTRIES_PER_S = 200_000
 
 
 def mpack(problem: Problem) -> Choice | None:
@@ -61,7 +63,10 @@ def _solve(problem: Problem, count: int, node_limit: float, deadline: float) -> 
             engine, boxes, problem.bins, problem.forbidden, known, problem.backend,
             deadline - time.monotonic(), cep=problem.cep,
         )  # fmt: skip
-    search = JointSearch(engine, boxes, problem.bins, problem.forbidden, known, cep=problem.cep)
+    search = JointSearch(
+        engine, boxes, problem.bins, problem.forbidden, known, cep=problem.cep,
+        most_entries=int(min(MOST_ENTRIES, _ENTRIES_PER_S * problem.budget_s)),
+    )  # fmt: skip
     if problem.node_limit is not None or not cp_sat_installed():
         return search.run(int(min(node_limit, 1 << 40)), lambda: time.monotonic() > deadline)
     head_start = min(deadline, time.monotonic() + HEAD_START_S)

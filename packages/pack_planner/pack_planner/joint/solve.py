@@ -27,8 +27,10 @@ from pack_planner.joint.tree import FULL, PROVEN, SOLUTION, grow
 _FIRST_ROOM = 1 << 13
 _MOST_ROOM = 1 << 19
 _CHUNK = 200
-#: In one bin; with more, a proof is out of reach in the time a decision has, and listing them not.
-_MOST_ENTRIES = 300_000
+#: In one bin; with all of them listed many a proof takes few nodes, but the listing a second.
+MOST_ENTRIES = 1_000_000
+#: How often entries are listed again for less, each time for half as much above the least.
+_RELISTS = 3
 _EPS = 1e-6
 
 
@@ -74,11 +76,15 @@ class JointSearch:
     def __init__(
         self, engine: Engine, boxes: Sequence[Box], bins: Sequence[BinModel], forbidden: Forbidden,
         incumbent: Sequence[Candidate] | None = None, *, cep: bool = False,
+        most_entries: int = MOST_ENTRIES,
     ) -> None:  # fmt: skip
         """``incumbent`` places every box of ``boxes``, in an order that the rules allow.
 
-        With ``cep`` each box touches something along x and along y, in the incumbent too.
+        With ``cep`` each box touches something along x and along y, in the incumbent too. At most
+        about ``most_entries`` places are listed for each bin. Where these are not all that a
+        solution better than the incumbent could use, only less is searched and less is proven.
         """
+        self._most_entries = most_entries
         self._cep = cep
         self._engine = engine
         self._boxes = tuple(boxes)
@@ -119,14 +125,19 @@ class JointSearch:
                 continue
             self._rejected = -1
             if self._counters[0] > 0 and why != SOLUTION:
-                self._lower = max(self._lower, float(self._tree[0][self._heap[0]]))
+                self._raise_lower(float(self._tree[0][self._heap[0]]))
             if why == PROVEN:
-                self._finished = self._complete
+                self._finished = self._limit >= self._upper
+                self._raise_lower(self._limit)
                 break
             if why == SOLUTION:
-                self._lower = max(self._lower, float(self._tree[0][node]))
+                self._raise_lower(float(self._tree[0][node]))
                 self._take(int(node))
         return self.result()
+
+    def _raise_lower(self, bound: float) -> None:
+        """``bound`` holds of listed entries; all solutions below the limit are made of these."""
+        self._lower = max(self._lower, min(bound, self._limit))
 
     def _take(self, node: int) -> None:
         """Hold a joint solution of the tree against the rules and keep it if it is better."""
@@ -174,8 +185,8 @@ class JointSearch:
             self._maps.append(painted)
         count = len(self._boxes)
         self._least = self._bounds(forbidden)
-        rows, costs, complete = self._domains(forbidden)
-        self._complete = complete
+        self._limit = self._upper
+        rows, costs = self._domains(forbidden)
         self._entries = np.concatenate(rows)
         starts = np.cumsum([0, *map(len, rows)])
         centres = np.zeros((count, 6, 2))
@@ -190,7 +201,7 @@ class JointSearch:
         self._heap = np.empty(_FIRST_ROOM, np.int64)
         self._counters = np.zeros(3, np.int64)
         self._tree = empty_tree(_FIRST_ROOM, count)
-        self._lower = float(self._least.sum())
+        self._raise_lower(float(self._least.sum()))
         self._plant()
 
     def _plant(self) -> None:
@@ -201,43 +212,53 @@ class JointSearch:
         lb, pick, cost = self._tree[0], self._tree[3], self._tree[4]
         pick[0], cost[0] = starts[:-1], costs[starts[:-1]]
         lb[0] = cost[0].sum()
-        self._lower = max(self._lower, float(lb[0]))
+        self._raise_lower(float(lb[0]))
         self._counters[:2] = push(self._heap, 0, lb, 0), 1
 
-    def _domains(
-        self, forbidden: Forbidden
-    ) -> tuple[list[Entries], list[NDArray[np.float64]], bool]:
-        """Entries of each box and their costs, cheapest first, and whether these are all."""
+    def _domains(self, forbidden: Forbidden) -> tuple[list[Entries], list[NDArray[np.float64]]]:
+        """Entries of each box and their costs, cheapest first.
+
+        Every solution below ``_limit`` is made of these: none of its boxes costs more than the
+        limit less what the others cost at least, and all that costs no more is listed. When that
+        is too much the limit is lowered.
+        """
         count = len(self._boxes)
         rows = [np.empty((0, 10), np.int64)] * count
         costs = [np.empty(0)] * count
-        complete = True
         if not np.isfinite(self._least).all():
-            return rows, costs, True
-        for _ in range(3):
+            return rows, costs
+        lists_left = _RELISTS
+        for _ in range(3 + _RELISTS):
             caps = self._caps()
+            lowest = float(self._least.sum())
             found = [self._in_bin(index, caps, forbidden) for index in range(len(self._bins))]
             complete = all(one[2] for one in found)
+            if not complete and lists_left and math.isfinite(self._limit):
+                lists_left -= 1
+                self._limit = lowest + (self._limit - lowest) / 2
+                continue
             entries = np.concatenate([one[0] for one in found])
             cost = np.concatenate([one[1] for one in found])
             for i in range(count):
                 own = np.flatnonzero(entries[:, 9] == i)
                 own = own[np.argsort(cost[own], kind='stable')]
                 rows[i], costs[i] = entries[own], cost[own]
-            if not complete or any(len(one) == 0 for one in rows):
-                break
+            if not complete:
+                self._limit = lowest
+                return rows, costs
+            if any(len(one) == 0 for one in rows):
+                return rows, costs
             self._least = np.maximum(self._least, [float(one[0]) for one in costs])
             if self._caps().sum() > caps.sum() - 100.0 * count:
                 break
-        if complete and all(len(one) for one in rows):
-            for i, cap in enumerate(self._caps()):
-                keep = int(np.searchsorted(costs[i], cap))
-                rows[i], costs[i] = rows[i][:keep], costs[i][:keep]
-        return rows, costs, complete
+        for i, cap in enumerate(self._caps()):
+            keep = int(np.searchsorted(costs[i], cap))
+            rows[i], costs[i] = rows[i][:keep], costs[i][:keep]
+        return rows, costs
 
     def _caps(self) -> NDArray[np.float64]:
-        """The most each box may cost in a better solution than the best known."""
-        caps: NDArray[np.float64] = self._upper - (self._least.sum() - self._least) - _EPS
+        """The most each box may cost in a solution below the limit."""
+        caps: NDArray[np.float64] = self._limit - (self._least.sum() - self._least) - _EPS
         return caps
 
     def _bounds(self, forbidden: Forbidden) -> NDArray[np.float64]:
@@ -287,7 +308,7 @@ class JointSearch:
         )  # fmt: skip
         found: tuple[Entries, NDArray[np.float64], bool] = leaning_entries(
             index, size, height, self._rule, vertices, shapes, zones, REFUSED_RADIUS_MM, weights,
-            caps, *alone, len(self._boxes), _MOST_ENTRIES,
+            caps, *alone, len(self._boxes), self._most_entries,
         )  # fmt: skip
         return found
 
