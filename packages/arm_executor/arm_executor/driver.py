@@ -108,6 +108,14 @@ class ArmDriver:
                 self._feel(run.plan.request.box, landing=landing)
         self.hold(_REST_S)
 
+    def came_along(self, timed: Trajectory) -> bool:
+        """:meth:`follow` with nothing held; whether it came to the end."""
+        try:
+            self.follow(timed)
+        except Interrupted:
+            return False
+        return True
+
     def rest(self, run: Run, seconds: float) -> None:
         """Stand still for ``seconds``; :class:`Interrupted` when a stop is asked for."""
         self.hold(seconds)

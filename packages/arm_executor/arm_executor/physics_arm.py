@@ -10,7 +10,7 @@ import math
 import threading
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +29,6 @@ from arm_executor.gripper import SuctionGripper
 from arm_executor.layout import Layout, check_layout, conveyor_block
 from arm_executor.motion.collision import PlanningWorld
 from arm_executor.motion.grasp import as_taken
-from arm_executor.motion.path import JointPath
 from arm_executor.motion.planned import PlannedMotion
 from arm_executor.motion.planner import MotionPlanner
 from arm_executor.motion.stances import GRIP_S, RELEASE_S
@@ -40,7 +39,7 @@ from arm_executor.pose_error import corner_distance, folded, turn_between
 from arm_executor.render import Camera, save_picture
 from arm_executor.robot.parameters import find_arm
 from arm_executor.robot.tree import CELL_JOINT_NAMES
-from arm_executor.run import Interrupted, Run
+from arm_executor.run import Held, Interrupted, Run
 from arm_executor.stands import SETTLE_TIMEOUT_S, Stand, Stands
 from arm_executor.suction import check_grip
 from arm_executor.tolerances import Tolerances
@@ -52,17 +51,10 @@ from pack_msgs_py.values import Bin, BinSpec, Box
 
 #: A box brought back to the belt is there when it stands this near to where it was, metres.
 _BACK_ON_BELT = 0.02
+#: A box that comes off the pad so near to its place has met what is under it, metres.
+_LANDED = 0.03
 #: The arm need not move to where it is already, radians and metres of its joints.
 _THERE = 1e-3
-
-
-@dataclass(frozen=True)
-class _Held:
-    """What it takes to bring a held box back the way it came."""
-
-    taken_at: Pose
-    path: JointPath
-    load: Load
 
 
 class PhysicsArm:
@@ -115,7 +107,7 @@ class PhysicsArm:
         self._stands = Stands(self.layout, self.world, self._planning)
         self._driver = ArmDriver(self.world, self.gripper, self._planner.home())
         self._presented: str | None = None
-        self._held: _Held | None = None
+        self._held: Held | None = None
         # The motion that is under way or ended early, and where in it the arm is.
         self._under_way: tuple[PlannedMotion, Leg] | None = None
         # The world for planning is used by the thread that moves and by one that plans ahead.
@@ -203,7 +195,7 @@ class PhysicsArm:
         self._presented = None
         size, offset = metres(taken.box.size_mm), metres(taken.box.com_offset_mm)
         load = Load(box.weight_kg, size, offset, tilts)
-        self._held = _Held(self.world.pose(box.id), motion.carry_path, load)
+        self._held = Held(self.world.pose(box.id), motion.carry_path, load)
         self._truth.picked(box.id)
         run.hooks.picked()
         wrong = mismatch(box, self._truth.box(box))
@@ -211,7 +203,15 @@ class PhysicsArm:
             raise Interrupted(ErrorCode.BOX_MISMATCH, wrong)
         lowering = (motion.lowering_s, Phase.LOWERING)
         self._under_way = motion, Leg.CARRY
-        driver.follow(motion.carry, run, [(0.0, Phase.TRANSFERRING), lowering])
+        try:
+            driver.follow(motion.carry, run, [(0.0, Phase.TRANSFERRING), lowering])
+        except Interrupted as end:
+            pose = stand.frame.from_cell(self.world.pose(box.id))
+            near = corner_distance(folded(pose, request.target), request.target, size) < _LANDED
+            if end.code is not ErrorCode.BOX_LOST or not near:
+                raise
+            self._landed(run, stand)
+            return
         run.enter(Phase.RELEASING)
         driver.rest(run, RELEASE_S / 2)
         run.hooks.releasing()
@@ -223,6 +223,16 @@ class PhysicsArm:
         driver.rest(run, RELEASE_S / 2)
         driver.follow(motion.retreat, run, [(0.0, Phase.RETREATING)])
         self._under_way = None
+
+    def _landed(self, run: Run, stand: Stand) -> None:
+        """The box came off the pad on what is under it: it stands in the bin; the arm goes back."""
+        run.enter(Phase.RELEASING)
+        run.hooks.releasing()
+        self.gripper.release()
+        self._held = None
+        stand.box_ids.append(run.plan.request.box.id)
+        run.hooks.released()
+        self.withdraw()
 
     def present(self, box: Box, pick: Pose) -> None:
         """Put ``box`` on the belt at ``pick``, frame `cell`, in place of what was there."""
@@ -349,25 +359,18 @@ class PhysicsArm:
         if self.gripper.box_id is not None:
             return False
         for way in ways_out(*self._under_way, self._driver.commanded):
-            if self._followed(way):
+            if all(self._followed(path) for path in way):
                 self._under_way = None
                 return True
         return False
 
-    def _followed(self, way: Sequence[NDArray[np.float64]]) -> bool:
-        """Whether the empty arm came along all paths (n, 7) of ``way``."""
-        for path in way:
-            if np.abs(path[-1] - self._driver.commanded).max() < _THERE:
-                continue
-            with self._planning_lock:
-                timed = self._planner.timing.trajectory(path, None, STEP_S)
-            if timed is None:
-                return False
-            try:
-                self._driver.follow(timed)
-            except Interrupted:
-                return False
-        return True
+    def _followed(self, path: NDArray[np.float64]) -> bool:
+        """Whether the empty arm came along ``path`` (n, 7)."""
+        if np.abs(path[-1] - self._driver.commanded).max() < _THERE:
+            return True
+        with self._planning_lock:
+            timed = self._planner.timing.trajectory(path, None, STEP_S)
+        return timed is not None and self._driver.came_along(timed)
 
     def holds(self) -> str | None:
         """See :meth:`arm_executor.arm.Arm.holds`."""

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 from arm_executor.arm import MotionHooks, MotionPlan, MotionResult
+from arm_executor.motion.path import JointPath
+from arm_executor.motion.timing import Load
 from arm_executor.world import STEP_S
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode, Phase
@@ -20,6 +23,15 @@ class Interrupted(Exception):
     def __init__(self, code: ErrorCode, message: str) -> None:
         super().__init__(message)
         self.code = code
+
+
+@dataclass(frozen=True)
+class Held:
+    """What it takes to bring a held box back the way it came."""
+
+    taken_at: Pose
+    path: JointPath
+    load: Load
 
 
 class Run:

@@ -319,6 +319,25 @@ def test_box_that_comes_off_the_pad_is_lost_and_noticed_before_the_release(arm):
     assert run(arm, request_for(arm, box('next'), 'A', (0.5, 0.4, 0.1))).code is ErrorCode.NONE
 
 
+def test_box_that_comes_off_the_pad_as_it_lands_is_in_the_bin(arm):
+    one, target = box(), (0.5, 0.4, 0.1)
+
+    def break_hold():
+        pose = arm.world.pose(one.id).position
+        if arm.gripper._constraint is not None and pose[2] < 0.15 + target[2] + 0.01:
+            arm.gripper.lost_because = 'a peeling moment'
+            arm.gripper._part()
+
+    told = Told(LOWERING=break_hold)
+    result = run(arm, request_for(arm, one, 'A', target), told)
+    assert told.steps == ['picked', 'releasing', 'released']
+    assert result.code is ErrorCode.NONE, result.message
+    assert result.measured.position == pytest.approx(target, abs=0.002)
+    assert arm.holds() is None
+    beside = request_for(arm, box('next'), 'A', (0.5, 0.61, 0.1))
+    assert run(arm, beside).code is ErrorCode.NONE
+
+
 @pytest.mark.parametrize('phase', ['LOWERING', 'RETREATING'])
 def test_an_arm_that_stopped_inside_a_cage_comes_out_again(phase):
     arm, stop = PhysicsArm(), threading.Event()
