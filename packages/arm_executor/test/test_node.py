@@ -319,7 +319,7 @@ def test_swap_bin_is_refused_while_a_placement_into_it_is_under_way(start):
     bench.wait_mode(ExecutorState.MODE_EXECUTING)
     refused = bench.call('swap_bin', SwapBin.Request(bin_id='LDC-1'))
     assert not refused.success
-    assert box.id in refused.message
+    assert "is being placed into bin 'LDC-1'" in refused.message
     assert bench.call('swap_bin', SwapBin.Request(bin_id='LDC-2')).success
     bench.show(box, presented=box.id)
     assert bench.result(handle)[1].error_code == ErrorCode.NONE
