@@ -10,7 +10,8 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, dataclass
 
-from conveyor_sim.loop import OnBelt, longest_along_m, ride_refusal
+from conveyor_sim.drive import Drive
+from conveyor_sim.loop import OnBelt, longest_along_m
 from pack_msgs_py.values import Box, Vec3
 
 _UM = 1_000_000
@@ -36,7 +37,7 @@ class _Rider:
     since_s: float
 
 
-class IndexingBelt:
+class IndexingBelt(Drive):
     """A :class:`conveyor_sim.loop.Belt` that stops at the pick point.
 
     A box has a lap more each time that another one is picked: it was passed over once.
@@ -59,26 +60,18 @@ class IndexingBelt:
         *,
         gap_m: float = 0.3,
     ) -> None:
-        self._along_m = longest_along_m(length_m, slots, gap_m)
+        super().__init__(longest_along_m(length_m, slots, gap_m), belt_speed, speed)
         self._length = round(length_m * _UM)
         self._phase = [index * self._length // slots for index in range(slots)]
         self._riders: list[_Rider | None] = [None] * slots
         self._state = _State()
         self._since_s = 0.0
         self._arrived_s = 0.0
-        self._belt_speed = belt_speed
-        self._speed = speed
-        self._paused = False
 
     @property
     def geometry(self) -> str:
         """Equal for belts on which a state means the same."""
         return f'{len(self._phase)} slots on {self._length / _UM:g} m'
-
-    @property
-    def empty(self) -> bool:
-        """Whether no box rides."""
-        return all(rider is None for rider in self._riders)
 
     def restore(self, state: str, now_s: float) -> None:
         """Go on from ``state``; a motion that was under way starts again from there."""
@@ -89,24 +82,6 @@ class IndexingBelt:
         """What :meth:`restore` needs, as JSON."""
         self._advance(now_s)
         return json.dumps(asdict(self._state))
-
-    def set_motion(
-        self,
-        now_s: float,
-        *,
-        belt_speed: float | None = None,
-        speed: float | None = None,
-        paused: bool | None = None,
-    ) -> None:
-        """Change how the belt moves from now on."""
-        self._advance(now_s)
-        self._belt_speed = self._belt_speed if belt_speed is None else belt_speed
-        self._speed = self._speed if speed is None else speed
-        self._paused = self._paused if paused is None else paused
-
-    def refusal(self, box: Box) -> str:
-        """Why ``box`` cannot ride on this belt; empty when it can."""
-        return ride_refusal(box, self._along_m)
 
     def room_for(self, box: Box, now_s: float) -> int | None:
         """The empty slot nearest to the pick point."""

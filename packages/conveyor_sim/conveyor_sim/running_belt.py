@@ -15,7 +15,8 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 
-from conveyor_sim.loop import LIFT_M, OnBelt, longest_along_m, ride_refusal
+from conveyor_sim.drive import Drive
+from conveyor_sim.loop import LIFT_M, OnBelt, longest_along_m
 from pack_msgs_py.values import Box, Vec3
 
 #: The blade stays up so much longer than it says, wall-clock time: news of a pick takes its time.
@@ -41,7 +42,7 @@ class _Rider:
         return self.s_m + self.depth_m
 
 
-class RunningBelt:
+class RunningBelt(Drive):
     """A :class:`conveyor_sim.loop.Belt` that never stops; see the module.
 
     Parameters
@@ -65,7 +66,7 @@ class RunningBelt:
         gap_m: float = 0.3,
         window_s: float = 4.0,
     ) -> None:
-        self._along_m = longest_along_m(length_m, slots, gap_m)
+        super().__init__(longest_along_m(length_m, slots, gap_m), belt_speed, speed)
         self._length = length_m
         self._induct_m = length_m / 2 - LIFT_M
         self._gap = gap_m
@@ -80,19 +81,11 @@ class RunningBelt:
         self._held_run_s = self._held_since_s = self._left_s = 0.0
         self._missed: list[str] = []
         self._since_s = 0.0
-        self._belt_speed = belt_speed
-        self._speed = speed
-        self._paused = False
 
     @property
     def geometry(self) -> str:
         """Equal for belts on which a state means the same."""
         return f'up to {len(self._riders)} boxes on {self._length:g} m, running'
-
-    @property
-    def empty(self) -> bool:
-        """Whether no box rides."""
-        return all(rider is None for rider in self._riders)
 
     def restore(self, state: str, now_s: float) -> None:
         """Go on from ``state``; a box that was at the blade comes to it anew."""
@@ -124,18 +117,11 @@ class RunningBelt:
         paused: bool | None = None,
     ) -> None:
         """Change how the belt moves from now on; a window that has begun keeps its wall time."""
-        self._advance(now_s)
         stood = self._speed == 0
-        self._belt_speed = self._belt_speed if belt_speed is None else belt_speed
-        self._speed = self._speed if speed is None else speed
-        self._paused = self._paused if paused is None else paused
+        super().set_motion(now_s, belt_speed=belt_speed, speed=speed, paused=paused)
         if self._held is not None and stood and self._speed:
             self._hold(self._held, now_s)
         self._run_until_held(now_s)
-
-    def refusal(self, box: Box) -> str:
-        """Why ``box`` cannot ride on this belt; empty when it can."""
-        return ride_refusal(box, self._along_m)
 
     def room_for(self, box: Box, now_s: float) -> int | None:
         """A free slot, when there is room for ``box`` at the induct."""
