@@ -1,4 +1,4 @@
-"""Fixtures of the executor's tests."""
+"""Fixtures of the executor's tests; those for the node load ROS when they are used."""
 
 from __future__ import annotations
 
@@ -19,3 +19,49 @@ def ros_domain(monkeypatch):
         monkeypatch.setenv('ROS_DOMAIN_ID', str(number))
         monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
         yield number
+
+
+@pytest.fixture
+def spinners(ros_domain):
+    """One context for the executor and one for who talks to it, as in the cell."""
+    from executor_bench import Spinner
+
+    made = [Spinner(), Spinner()]
+    yield made
+    for one in made:
+        one.close()
+
+
+@pytest.fixture
+def make_bench(spinners):
+    from executor_bench import Bench
+
+    def run():
+        bench = Bench(spinners[1].context)
+        spinners[1].add(bench.node)
+        return bench
+
+    return run
+
+
+@pytest.fixture
+def start(spinners, make_bench):
+    """Start the executor with these parameters and faults; returns a bench that talks to it."""
+    from rclpy.parameter import Parameter
+
+    from arm_executor.node import ArmExecutor
+    from arm_executor.timed_arm import TimedArm
+
+    def run(*, faults=None, **parameters):
+        values = {'arm': 'timed', 'speed': 0.0, 'open_bins': 2, **parameters}
+        node = ArmExecutor(
+            arm_factory=lambda p, layout: TimedArm(layout, speed=p.speed, faults=faults),
+            context=spinners[0].context,
+            parameter_overrides=[Parameter(key, value=value) for key, value in values.items()],
+        )
+        spinners[0].add(node)
+        bench = make_bench()
+        bench.executor_node = node
+        return bench.ready()
+
+    return run

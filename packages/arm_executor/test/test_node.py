@@ -8,12 +8,8 @@ import statistics
 
 import pytest
 from action_msgs.msg import GoalStatus
-from executor_bench import Bench, Spinner
 from executor_cases import make_box, make_decision
-from rclpy.parameter import Parameter
 
-from arm_executor.node import ArmExecutor
-from arm_executor.timed_arm import TimedArm
 from pack_msgs.action import PlaceBox
 from pack_msgs.msg import ExecutorState
 from pack_msgs.srv import SwapBin
@@ -21,44 +17,6 @@ from pack_msgs_py import conversions
 from pack_msgs_py.codes import ErrorCode
 
 pytestmark = pytest.mark.ros
-
-
-@pytest.fixture
-def spinners(ros_domain):
-    """One context for the executor and one for who talks to it, as in the cell."""
-    made = [Spinner(), Spinner()]
-    yield made
-    for one in made:
-        one.close()
-
-
-@pytest.fixture
-def make_bench(spinners):
-    def run():
-        bench = Bench(spinners[1].context)
-        spinners[1].add(bench.node)
-        return bench
-
-    return run
-
-
-@pytest.fixture
-def start(spinners, make_bench):
-    """Start the executor with these parameters and faults; returns a bench that talks to it."""
-
-    def run(*, faults=None, **parameters):
-        values = {'arm': 'timed', 'speed': 0.0, 'open_bins': 2, **parameters}
-        node = ArmExecutor(
-            arm_factory=lambda p, layout: TimedArm(layout, speed=p.speed, faults=faults),
-            context=spinners[0].context,
-            parameter_overrides=[Parameter(key, value=value) for key, value in values.items()],
-        )
-        spinners[0].add(node)
-        bench = make_bench()
-        bench.executor_node = node
-        return bench.ready()
-
-    return run
 
 
 def listen_in(node, monkeypatch):

@@ -8,15 +8,12 @@ import pytest
 from action_msgs.msg import GoalStatus
 from executor_cases import make_box, make_decision
 from std_srvs.srv import SetBool, Trigger
-from test_node import make_bench, spinners, start
 
 from pack_msgs.action import PlaceBox
 from pack_msgs.msg import ExecutorState
 from pack_msgs.srv import CheckPlacements, CutOff
 from pack_msgs_py import conversions
 from pack_msgs_py.codes import ErrorCode
-
-__all__ = ['make_bench', 'spinners', 'start']
 
 pytestmark = pytest.mark.ros
 

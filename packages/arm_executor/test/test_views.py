@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip('pybullet')
 pytest.importorskip('toppra')
 
-from executor_bench import TIMEOUT_S, Bench, Process, Spinner
+from executor_bench import TIMEOUT_S, Bench, Process
 from executor_cases import make_box, make_decision
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
@@ -30,14 +30,6 @@ from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.values import parse_bin
 
 pytestmark = pytest.mark.ros
-
-
-@pytest.fixture
-def spinners(ros_domain):
-    made = [Spinner(), Spinner()]
-    yield made
-    for one in made:
-        one.close()
 
 
 @pytest.fixture
