@@ -20,8 +20,8 @@ from pack_planner.joint.solvers import cp_sat_installed, solve_joint
 
 #: How long our own search tries before CP-SAT does, seconds.
 HEAD_START_S = 0.2
-#: Listing as many places in a bin takes about a fifth of the budget.
-_ENTRIES_PER_S = 200_000
+#: Places that are listed in a bin for each second of the budget, where CP-SAT can take over.
+_ENTRIES_PER_S = 20_000
 
 
 def mpack(problem: Problem) -> Choice | None:
@@ -63,11 +63,12 @@ def _solve(problem: Problem, count: int, node_limit: float, deadline: float) -> 
             engine, boxes, problem.bins, problem.forbidden, known, problem.backend,
             deadline - time.monotonic(), cep=problem.cep,
         )  # fmt: skip
+    to_the_end = problem.node_limit is not None or not cp_sat_installed()
     search = JointSearch(
         engine, boxes, problem.bins, problem.forbidden, known, cep=problem.cep,
-        most_entries=int(min(MOST_ENTRIES, _ENTRIES_PER_S * problem.budget_s)),
+        most_entries=MOST_ENTRIES if to_the_end else int(_ENTRIES_PER_S * problem.budget_s),
     )  # fmt: skip
-    if problem.node_limit is not None or not cp_sat_installed():
+    if to_the_end:
         return search.run(int(min(node_limit, 1 << 40)), lambda: time.monotonic() > deadline)
     head_start = min(deadline, time.monotonic() + HEAD_START_S)
     ours = search.run(1 << 40, lambda: time.monotonic() > head_start)
@@ -76,7 +77,7 @@ def _solve(problem: Problem, count: int, node_limit: float, deadline: float) -> 
         return ours
     theirs = solve_joint(
         engine, boxes, problem.bins, problem.forbidden, ours.candidates, 'cp_sat', left,
-        cep=problem.cep,
+        cep=problem.cep, reach=search.reach, at_least=ours.lower_bound,
     )  # fmt: skip
     lower = min(max(ours.lower_bound, theirs.lower_bound), theirs.objective)
     return replace(theirs, lower_bound=lower, nodes=ours.nodes)
@@ -135,6 +136,7 @@ def warm_up(engine: Engine) -> None:
     boxes = [Box(f'warm-up {i}', (200.0, 160.0, 80.0 + 20 * i)) for i in range(3)]
     spec = BinSpec('warm-up', (400, 300, 300))
     bins = [engine.model(Bin(f'warm-up {i}', i, spec)) for i in range(2)]
-    JointSearch(engine, boxes, bins, nothing_forbidden).run(50, lambda: False)
+    search = JointSearch(engine, boxes, bins, nothing_forbidden)
+    search.run(50, lambda: False)
     if cp_sat_installed():
-        solve_joint(engine, boxes[:1], bins, nothing_forbidden, None, 'cp_sat', 1.0)
+        solve_joint(engine, boxes, bins, nothing_forbidden, None, 'cp_sat', 1.0, reach=search.reach)

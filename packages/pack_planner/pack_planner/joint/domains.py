@@ -20,6 +20,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from pack_planner.engine.support import cell_rests, well_supported
+from pack_planner.joint.bounds import windows
 
 #: Columns of an entry.
 BIN, X, Y, Z, DX, DY, DZ, KIND, TURN, BOX = range(10)
@@ -44,44 +45,6 @@ def paint(boxes, cells_x, cells_y, step):  # type: ignore[no-untyped-def]
                     height[i, j] = top
                     owner[i, j] = number
     return height, owner
-
-
-@njit(cache=True, nogil=True)
-def _windows(values, wide, deep):  # type: ignore[no-untyped-def]
-    """Maximum of ``values`` over every window of ``wide`` x ``deep`` cells, by doubling."""
-    done = 1
-    highest = values
-    while done < wide:
-        shift = min(done, wide - done)
-        highest = np.maximum(highest[: len(highest) - shift], highest[shift:])
-        done += shift
-    done = 1
-    while done < deep:
-        shift = min(done, deep - done)
-        highest = np.maximum(highest[:, : highest.shape[1] - shift], highest[:, shift:])
-        done += shift
-    return highest
-
-
-@njit(cache=True, nogil=True)
-def landing_bound(bin_size, height, step, shapes, weights, least):  # type: ignore[no-untyped-def]
-    """Lower ``least`` of each box to its cheapest position in this bin, supported or not."""
-    for s in range(len(shapes)):
-        which, _, dx, dy, dz = shapes[s]
-        wide, deep = dx // step, dy // step
-        if wide > height.shape[0] or deep > height.shape[1] or dz > bin_size[2]:
-            continue
-        top = _windows(height, wide, deep)
-        flat = weights[1] * dz + weights[2]
-        for i in range(top.shape[0]):
-            if flat + weights[0] * i * step >= least[which]:
-                break
-            for j in range(top.shape[1]):
-                base = flat + weights[0] * (i + j) * step
-                if base >= least[which]:
-                    break
-                if top[i, j] + dz <= bin_size[2]:
-                    least[which] = min(least[which], base + weights[1] * top[i, j])
 
 
 @njit(cache=True, nogil=True)
@@ -160,7 +123,7 @@ def alone_entries(  # type: ignore[no-untyped-def]
         wide, deep = dx // step, dy // step
         if wide > height.shape[0] or deep > height.shape[1] or dz > bin_size[2]:
             continue
-        top = _windows(height, wide, deep)
+        top = windows(height, wide, deep)
         landing[s, : top.shape[0], : top.shape[1]] = top
         for i in range(top.shape[0]):
             x = i * step
@@ -238,11 +201,12 @@ def _paint_tops(entries, chosen, masks, step, area):  # type: ignore[no-untyped-
 @njit(cache=True, nogil=True)
 def leaning_entries(  # type: ignore[no-untyped-def]
     number, bin_size, height, rule, min_vertices, shapes, zones, radius, weights, caps,
-    entries, costs, landing, stands, box_count, most,
+    low, entries, costs, landing, stands, box_count, most,
 ):  # fmt: skip
     """``entries`` and ``costs`` with the ``LEANING`` ones added, and whether that is all of them.
 
-    At most about ``most`` are made. Arguments as for, and from, :func:`alone_entries`.
+    At most about ``most`` are made, none below ``low`` (see :class:`.bounds.Reach`). Arguments as
+    for, and from, :func:`alone_entries`.
     """
     step, tolerance = rule[0], rule[1]
     limit = bin_size[2]
@@ -296,7 +260,7 @@ def leaning_entries(  # type: ignore[no-untyped-def]
                     cost = least + weights[0] * (x + y)
                     if cost > cap:
                         break
-                    if landing[s, i, j] > z:
+                    if low[s, i, j] > z:
                         continue
                     resting = 0
                     for corner in range(4):

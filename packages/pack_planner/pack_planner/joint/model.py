@@ -19,6 +19,7 @@ from pack_planner.engine import BinModel, Candidate, Engine
 from pack_planner.engine.engine import REFUSED_RADIUS_MM, Forbidden
 from pack_planner.joint.contact_model import BoxVariables, demand_contact
 from pack_planner.joint.formulation import Formulation, Term
+from pack_planner.joint.narrowing import Narrowing
 
 #: Where a face lies: terms and a constant.
 _Side = tuple[list[Term], int]
@@ -29,7 +30,8 @@ class JointModel:
     """The formulation and how to read its solutions.
 
     ``cep`` asks each box to touch something along x and along y, see
-    :mod:`pack_planner.engine.contact`. ``possible`` is False when some box may go
+    :mod:`pack_planner.engine.contact`. ``narrowing`` keeps it to solutions that may be better than
+    the known one. ``possible`` is False when some box may go
     nowhere whatever the others do.
     """
 
@@ -38,6 +40,7 @@ class JointModel:
     bins: Sequence[BinModel]
     forbidden: Forbidden
     cep: bool = False
+    narrowing: Narrowing | None = None
     formulation: Formulation = field(default_factory=Formulation)
     possible: bool = True
     _vars: list[BoxVariables] = field(default_factory=list)
@@ -58,10 +61,18 @@ class JointModel:
             self._support(one)
             if self.cep:
                 demand_contact(self.formulation, one, self._vars, self.bins, self._step)
+        if self.narrowing is not None:
+            self.narrowing.order_alike(self.formulation, self._vars)
+
+    @property
+    def variables(self) -> Sequence[BoxVariables]:
+        """Variables of the boxes, in their order."""
+        return self._vars
 
     def _add_box(self, box: Box) -> None:
         f, engine = self.formulation, self.engine
         profile, w = engine.profile, engine.weights
+        number = len(self._vars)
         bins = {
             j: f.boolean()
             for j, model in enumerate(self.bins)
@@ -69,6 +80,7 @@ class JointModel:
             and self.forbidden(box, model.source) is not None
             and may_enter(box, model.source.destination)
             and (profile.max_payload_kg is None or box.weight_kg <= profile.max_payload_kg)
+            and (self.narrowing is None or self.narrowing.may_enter(number, j))
         }
         turns = {name: f.boolean() for name in allowed_orientations(box, profile.orientations)}
         if not bins or not turns:
@@ -93,6 +105,8 @@ class JointModel:
         f.costs[high[2]] = w.height / 10.0
         for j, v in bins.items():
             f.costs[v] = w.bin_index * (j + 1)
+        if self.narrowing is not None:
+            self.narrowing.narrow(f, number, one)
         self._vars.append(one)
 
     def _limit_weight(self) -> None:
@@ -121,7 +135,7 @@ class JointModel:
     def _keep_above(self, one: BoxVariables, j: int) -> None:
         """Beside or above each placed box: not in it, and not under it (access from above)."""
         f, step = self.formulation, self._step
-        for x0, y0, x1, y1, top in self._visible(j):
+        for x0, y0, x1, y1, top in self._visible(one, j):
             sides = [f.boolean() for _ in range(5)]
             f.at_most([(1, one.high[0])], x0 // step, sides[0])
             f.at_least([(1, one.low[0])], -(-x1 // step), sides[1])
@@ -130,13 +144,18 @@ class JointModel:
             f.at_least([(1, one.low[2])], top, sides[4])
             f.one_of(sides, one.bins[j])
 
-    def _visible(self, j: int) -> list[tuple[int, int, int, int, int]]:
-        """Placed boxes that something can stand on or has to stay clear of."""
+    def _visible(self, one: BoxVariables, j: int) -> list[tuple[int, int, int, int, int]]:
+        """Placed boxes that ``one`` can stand on or has to stay clear of."""
         model = self.bins[j]
+        a, b, c, d = 0, 0, *model.source.spec.size_mm[:2]
+        if self.narrowing is not None:
+            a, b, c, d = self.narrowing.area(self._vars.index(one), j)
         tolerance = self.engine.profile.support_tolerance_mm
         found = []
         for row in model.boxes.tolist():
             x0, y0, x1, y1, top = row
+            if x1 <= a or y1 <= b or c <= x0 or d <= y0:
+                continue
             inside_x = (model.columns[:-1] < x1) & (model.columns[1:] > x0)
             inside_y = (model.rows[:-1] < y1) & (model.rows[1:] > y0)
             if (model.height[inside_x][:, inside_y] <= top + tolerance).any():
@@ -172,7 +191,7 @@ class JointModel:
         corners: list[list[int]] = [[], [], [], []]
         touching: list[int] = []
         for j, inside in one.bins.items():
-            for x0, y0, x1, y1, top in self._visible(j):
+            for x0, y0, x1, y1, top in self._visible(one, j):
                 low: list[_Side] = [([], -(-x0 // self._step)), ([], -(-y0 // self._step))]
                 high: list[_Side] = [([], x1 // self._step), ([], y1 // self._step)]
                 under = ((x0 // self._step, -(-x1 // self._step)),

@@ -19,7 +19,8 @@ from pack_msgs_py.values import Box, PlacedBox
 from pack_planner.engine import BinModel, Candidate, Engine
 from pack_planner.engine.engine import REFUSED_RADIUS_MM, Forbidden
 from pack_planner.engine.height_map import GRAVITY
-from pack_planner.joint.domains import Entries, alone_entries, landing_bound, leaning_entries, paint
+from pack_planner.joint.bounds import Ground, Reach, reach
+from pack_planner.joint.domains import Entries, alone_entries, leaning_entries, paint
 from pack_planner.joint.nodes import empty_tree, push
 from pack_planner.joint.solution import JointResult, all_touch, joint_violations
 from pack_planner.joint.tree import FULL, PROVEN, SOLUTION, grow
@@ -101,6 +102,11 @@ class JointSearch:
     def objective(self) -> float:
         """Eq. (1) of the best known solution, centimetres."""
         return math.inf if self._best is None else sum(one.objective for one in self._best)
+
+    @property
+    def reach(self) -> Reach:
+        """Where each box can be in a solution better than the first incumbent."""
+        return self._reach
 
     def result(self) -> JointResult:
         """What is known so far."""
@@ -184,7 +190,15 @@ class JointSearch:
             heights[index, : cells[index][0], : cells[index][1]] = painted[0]
             self._maps.append(painted)
         count = len(self._boxes)
-        self._least = self._bounds(forbidden)
+        self._reach = reach(
+            [
+                Ground(model.source.spec.size_mm, self._maps[index][0],
+                       self._shapes(index, forbidden)[0], self._bin_weights(index))
+                for index, model in enumerate(self._bins)
+            ],
+            count, (step, profile.support_tolerance_mm), profile.min_vertices, self._upper,
+        )  # fmt: skip
+        self._least = self._reach.cheapest
         self._limit = self._upper
         rows, costs = self._domains(forbidden)
         self._entries = np.concatenate(rows)
@@ -261,17 +275,6 @@ class JointSearch:
         caps: NDArray[np.float64] = self._limit - (self._least.sum() - self._least) - _EPS
         return caps
 
-    def _bounds(self, forbidden: Forbidden) -> NDArray[np.float64]:
-        """For each box, the least cost of a place where it lands, supported or not."""
-        least = np.full(len(self._boxes), math.inf)
-        for index, model in enumerate(self._bins):
-            shapes, _ = self._shapes(index, forbidden)
-            landing_bound(
-                model.source.spec.size_mm, self._maps[index][0], self._rule[0], shapes,
-                self._bin_weights(index), least,
-            )  # fmt: skip
-        return least
-
     def _shapes(
         self, index: int, forbidden: Forbidden
     ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
@@ -308,7 +311,7 @@ class JointSearch:
         )  # fmt: skip
         found: tuple[Entries, NDArray[np.float64], bool] = leaning_entries(
             index, size, height, self._rule, vertices, shapes, zones, REFUSED_RADIUS_MM, weights,
-            caps, *alone, len(self._boxes), self._most_entries,
+            caps, self._reach.low[index], *alone, len(self._boxes), self._most_entries,
         )  # fmt: skip
         return found
 
