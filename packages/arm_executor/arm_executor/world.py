@@ -143,7 +143,7 @@ class PhysicsWorld:
         """Take a box away; one that is not there is fine."""
         body = self.boxes.pop(box_id, None)
         if body is not None:
-            pybullet.removeBody(body.number, physicsClientId=self.client)
+            bullet.remove(self.client, body.number, self.robot, self.links.values())
 
     def move_box(self, box_id: str, pose: Pose) -> None:
         """Put a box elsewhere, at rest."""

@@ -13,6 +13,8 @@ from hypothesis import strategies as st
 pytest.importorskip('pybullet')
 pytest.importorskip('toppra')
 
+import pybullet
+
 from arm_executor.arm import MotionError, MotionHooks, PlaceRequest
 from arm_executor.layout import Tool, pick_pose
 from arm_executor.physics_arm import PhysicsArm
@@ -180,3 +182,24 @@ def test_measured_load_is_the_weight_of_the_box_while_the_arm_stands_still(arm):
     assert seen.pull == pytest.approx(8.0 * GRAVITY, rel=0.01)
     assert seen.shear < 1.0
     assert seen.peel == pytest.approx(8.0 * GRAVITY * 0.020, rel=0.05)
+
+
+def test_pad_gives_way_to_one_box_and_not_to_the_next_with_its_body_number(arm):
+    world, gripper = arm.world, arm.gripper
+    x, y, z = world.tool_pose().position
+    under = Pose((x, y, z - SIZE[2] / 2 + 0.004))
+
+    def touched(box_id):
+        """Add a box that overlaps the pad by 4 mm; its number, and whether the pad meets it."""
+        world.add_box(Box(box_id, SIZE_MM, 4.0), under)
+        if box_id == 'soft':
+            gripper.approach(box_id)
+        world.step()
+        number = world.boxes[box_id].number
+        contacts = pybullet.getContactPoints(world.robot, number, physicsClientId=world.client)
+        world.remove_box(box_id)
+        return number, bool(contacts)
+
+    number, met = touched('soft')
+    assert not met
+    assert touched('next') == (number, True)
