@@ -220,6 +220,7 @@ class PhysicsArm:
         stand.box_ids.append(box.id)
         self._under_way = motion, Leg.RETREAT
         run.hooks.released()
+        self.world.doze(stand.box_ids)
         driver.rest(run, RELEASE_S / 2)
         driver.follow(motion.retreat, run, [(0.0, Phase.RETREATING)])
         self._under_way = None

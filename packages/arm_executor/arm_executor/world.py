@@ -32,6 +32,10 @@ _FRICTION = 0.6
 #: A box slower than this is at rest, m/s and rad/s.
 _REST_SPEED, _REST_TURN = 0.003, 0.03
 _REST_STEPS = 12
+#: Boxes that were slower than this for so many looks, so many steps apart (0.5 s), may sleep while
+#: the arm still moves: what tips over gets faster than that in a tenth of it.
+_DOZE_SPEED, _DOZE_TURN = 0.001, 0.01
+_DOZE_LOOKS, _DOZE_EVERY = 10, 12
 
 _BELT, _STEEL, _WALL, _PALLET, _FLOOR = (
     (0.16, 0.17, 0.19, 1.0),
@@ -75,6 +79,8 @@ class PhysicsWorld:
         self.boxes: dict[str, Body] = {}
         self.elapsed_s = 0.0
         self.after_step: Callable[[], None] | None = None
+        self._dozing: list[int] = []
+        self._doze_looks = 0
         client = self.client
         pybullet.setGravity(0, 0, -9.81, physicsClientId=client)
         pybullet.setPhysicsEngineParameter(
@@ -143,6 +149,7 @@ class PhysicsWorld:
         """Take a box away; one that is not there is fine."""
         body = self.boxes.pop(box_id, None)
         if body is not None:
+            self._dozing = []
             bullet.remove(self.client, body.number, self.robot, self.links.values())
 
     def move_box(self, box_id: str, pose: Pose) -> None:
@@ -168,6 +175,8 @@ class PhysicsWorld:
             pybullet.stepSimulation(physicsClientId=self.client)
             if self.after_step is not None:
                 self.after_step()
+            if self._dozing:
+                self._look_at_dozing()
         self.elapsed_s += count * STEP_S
         if self._speed > 0:
             now = time.monotonic()
@@ -177,19 +186,48 @@ class PhysicsWorld:
                 time.sleep(self._due - now)
 
     def settle(self, box_ids: Iterable[str], timeout_s: float) -> float:
-        """Step until all of ``box_ids`` rest, or ``timeout_s`` of robot time passed; seconds."""
+        """Step until all of ``box_ids`` rest, or ``timeout_s`` of robot time passed; seconds.
+
+        What rests is put to sleep, until something touches it.
+        """
         numbers = [self.boxes[one].number for one in box_ids]
         still = 0
         for count in range(math.ceil(timeout_s / STEP_S)):
             if still >= _REST_STEPS:
+                self._let_sleep(numbers)
                 return count * STEP_S
             self.step()
             still = still + 1 if all(self._rests(number) for number in numbers) else 0
         return timeout_s
 
-    def _rests(self, number: int) -> bool:
+    def doze(self, box_ids: Iterable[str]) -> None:
+        """Once all of ``box_ids`` have rested for half a second they sleep, while the arm moves."""
+        self._dozing = [self.boxes[one].number for one in box_ids]
+        self._doze_looks = 0
+
+    def _look_at_dozing(self) -> None:
+        self._doze_looks += 1
+        looks, between = divmod(self._doze_looks, _DOZE_EVERY)
+        if between:
+            return
+        if not all(self._rests(one, _DOZE_SPEED, _DOZE_TURN) for one in self._dozing):
+            self._doze_looks = 0
+        elif looks >= _DOZE_LOOKS:
+            self._let_sleep(self._dozing)
+            self._dozing = []
+
+    def _let_sleep(self, numbers: Iterable[int]) -> None:
+        for number in numbers:
+            pybullet.changeDynamics(
+                number,
+                -1,
+                activationState=pybullet.ACTIVATION_STATE_SLEEP,
+                physicsClientId=self.client,
+            )
+
+    def _rests(self, number: int, slow: float = _REST_SPEED, turning: float = _REST_TURN) -> bool:
         speed, turn = pybullet.getBaseVelocity(number, physicsClientId=self.client)
-        return bool(max(map(abs, speed)) < _REST_SPEED and max(map(abs, turn)) < _REST_TURN)
+        return bool(max(map(abs, speed)) < slow and max(map(abs, turn)) < turning)
 
     def drive(self, q: Array, qd: Array) -> None:
         """Set what the joints steer for: positions and speeds (7,), within their real torques."""
