@@ -349,13 +349,13 @@ def test_an_arm_that_stopped_inside_a_cage_comes_out_again(phase):
             if arm.world.tool_pose().position[1] > 1.2:
                 arm.gripper._part() if phase == 'LOWERING' else stop.set()
 
-        request = request_for(arm, box(), 'A', (0.6, 0.55, 0.1))
+        request = request_for(arm, box(), 'A', (0.6, 0.15, 0.1))
         run(arm, request, Told(**{phase: end_it}), stop)
         assert arm.world.tool_pose().position[1] > 1.1
         assert arm.withdraw()
         assert arm.world.tool_pose().position == pytest.approx(begins, abs=0.02)
         assert_arm_stays_still(arm)
-        assert run(arm, request_for(arm, box('next'), 'A', (0.2, 0.55, 0.1))).code is ErrorCode.NONE
+        assert run(arm, request_for(arm, box('next'), 'A', (1.0, 0.15, 0.1))).code is ErrorCode.NONE
     finally:
         arm.close()
 
