@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 import time
-import zlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
@@ -16,7 +15,7 @@ import numpy as np
 import pybullet
 from numpy.typing import NDArray
 
-from arm_executor import bullet
+from arm_executor import bullet, colours
 from arm_executor.layout import Block, Layout, conveyor_block, rail_block
 from arm_executor.robot.parameters import ArmModel
 from arm_executor.robot.urdf import cell_urdf
@@ -36,22 +35,6 @@ _REST_STEPS = 12
 #: the arm still moves: what tips over gets faster than that in a tenth of it.
 _DOZE_SPEED, _DOZE_TURN = 0.001, 0.01
 _DOZE_LOOKS, _DOZE_EVERY = 10, 12
-
-_BELT, _STEEL, _WALL, _PALLET, _FLOOR = (
-    (0.16, 0.17, 0.19, 1.0),
-    (0.45, 0.47, 0.5, 1.0),
-    (0.35, 0.55, 0.78, 1.0),
-    (0.62, 0.47, 0.3, 1.0),
-    (0.80, 0.81, 0.83, 1.0),
-)
-_CARTONS = (
-    (0.80, 0.62, 0.42, 1.0),
-    (0.72, 0.53, 0.34, 1.0),
-    (0.86, 0.71, 0.52, 1.0),
-    (0.66, 0.49, 0.33, 1.0),
-    (0.90, 0.78, 0.60, 1.0),
-    (0.77, 0.57, 0.44, 1.0),
-)
 
 
 @dataclass(frozen=True)
@@ -94,9 +77,9 @@ class PhysicsWorld:
             pybullet.changeDynamics(
                 self.robot, link, linearDamping=0, angularDamping=0, physicsClientId=client
             )
-        self.add_part('floor', (Block('floor', (-20, -20, -0.1), (20, 20, 0.0)),), _FLOOR)
-        self.add_part('conveyor', (conveyor_block(layout),), _BELT)
-        self.add_part('rail', (rail_block(layout),), _STEEL)
+        self.add_part('floor', (Block('floor', (-20, -20, -0.1), (20, 20, 0.0)),), colours.FLOOR)
+        self.add_part('conveyor', (conveyor_block(layout),), colours.BELT)
+        self.add_part('rail', (rail_block(layout),), colours.STEEL)
         for part in ('rail', 'floor'):
             pybullet.setCollisionFilterPair(
                 self.robot,
@@ -111,12 +94,12 @@ class PhysicsWorld:
         self,
         name: str,
         blocks: Iterable[Block],
-        colour: tuple[float, float, float, float] | None = None,
+        colour: colours.Colour | None = None,
     ) -> None:
         """Add fixed blocks under one ``name``; the default colour is that of a bin."""
         numbers = self._parts.setdefault(name, [])
         for block in blocks:
-            shade = colour or (_PALLET if block.name.endswith('floor') else _WALL)
+            shade = colour or (colours.PALLET if block.name.endswith('floor') else colours.WALL)
             number = bullet.add_block(self.client, block, shade)
             pybullet.changeDynamics(
                 number, -1, lateralFriction=_FRICTION, physicsClientId=self.client
@@ -132,7 +115,7 @@ class PhysicsWorld:
         """Add ``box`` with its true size, mass and centre of mass at ``pose``."""
         size = _metres(box.size_mm)
         offset = _metres(box.com_offset_mm)
-        shade = _CARTONS[zlib.crc32(box.id.encode()) % len(_CARTONS)]
+        shade = colours.carton(box.id)
         number = bullet.add_box(self.client, size, pose, box.weight_kg, offset, shade)
         pybullet.changeDynamics(
             number,
