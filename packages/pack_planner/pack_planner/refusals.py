@@ -116,6 +116,10 @@ class Forbidden:
         """Placements of ``box`` that the arm refused in ``target`` as it is."""
         return tuple(one.zone for one in self._own(box, target))
 
+    def too_much_for_the_arm(self, box: Box, target: Bin) -> bool:
+        """Whether the arm said of ``box`` what holds at any station: it cannot carry it."""
+        return any(one.code is ErrorCode.LIMITS_EXCEEDED for one in self._own(box, target))
+
     def plus(self, target: Bin, decision: Decision) -> Forbidden:
         """The same with ``decision`` refused too."""
         more = _refused(target, decision)

@@ -53,6 +53,34 @@ def test_a_box_refused_six_times_in_an_empty_bin_is_unreachable(planner):
     assert isinstance(outcome, Place) and outcome.decision.bin_id == 'bin-2'
 
 
+STATION_C = replace(EMPTY, id='far', serial=9, station='C')
+LEFT = Bin('near', 2, SMALL, (block(400),), 'A', revision=2)
+
+
+def test_a_box_out_of_reach_at_one_station_waits_for_an_empty_bin_at_another(planner):
+    box = Box('a', (100.0, 100.0, 100.0))
+    known = refused(STATION_C, 'a', *SIX, code=ErrorCode.DEADLINE_UNREACHABLE).snapshot()
+    # At A there is no room left; an empty bin there may be within reach.
+    assert planner.decide(situation([box], LEFT, STATION_C, forbidden=known)) == Close(LEFT)
+    # Another box that fits goes first.
+    other = Box('b', (100.0, 100.0, 100.0))
+    outcome = planner.decide(situation([box, other], LEFT, STATION_C, forbidden=known))
+    assert isinstance(outcome, Place) and outcome.decision.box.id == 'b'
+
+
+def test_a_box_out_of_reach_at_every_station_or_too_heavy_for_the_arm_is_rejected(planner):
+    box = Box('a', (100.0, 100.0, 100.0))
+    memory = refused(STATION_C, 'a', *SIX, code=ErrorCode.DEADLINE_UNREACHABLE)
+    empty = Bin('near', 2, SMALL, (), 'A')
+    for corner in SIX:
+        decision = Decision(box, empty.id, corner_mm=corner)
+        memory.learn(empty, decision, ErrorCode.NO_IK_SOLUTION)
+    outcome = planner.decide(situation([box], empty, STATION_C, forbidden=memory.snapshot()))
+    assert isinstance(outcome, Reject)
+    heavy = refused(STATION_C, 'a', *SIX, code=ErrorCode.LIMITS_EXCEEDED).snapshot()
+    assert isinstance(planner.decide(situation([box], LEFT, STATION_C, forbidden=heavy)), Reject)
+
+
 def test_when_everything_is_refused_the_fullest_bin_is_closed(planner):
     target = Bin('b', 1, SMALL, (block(100),), revision=2)
     memory = refused(target, 'a', *((x, y, 100) for x, y, _ in SIX))
