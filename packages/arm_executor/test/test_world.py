@@ -91,3 +91,12 @@ def test_what_waited_to_sleep_is_forgotten_when_a_box_is_removed(world):
     again = stand(world, 'second', above=0.2)
     world.step(round(1.0 / STEP_S))
     assert world.pose(again).position[2] == pytest.approx(TOP + 0.1, abs=0.003)
+
+
+def test_box_that_comes_down_beside_a_sleeping_one_does_not_wake_it(world):
+    still = stand(world, 'still', aside=-0.1525)
+    world.settle([still], 3.0)
+    # 5 mm apart, as boxes on the grid of profile `cell` mostly are at least.
+    stand(world, 'beside', aside=0.1525, above=0.1)
+    world.step(round(0.1 / STEP_S))
+    assert sleeps(world, still)
