@@ -2,11 +2,16 @@
 
 PyBullet has no type information; this module, `world` and `motion.collision` are the only ones that
 call it.
+
+A rule about a pair of bodies (`setCollisionFilterPair`) outlives them: PyBullet keeps it by their
+numbers and gives the numbers of removed bodies out again. So bodies that go are removed by
+:func:`remove`, which lifts the rules about them, or have groups of their own instead of rules.
 """
 
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Iterable
 from pathlib import Path
 
 import pybullet
@@ -108,6 +113,21 @@ def add_box(
     )
     move_box(client, body, pose, com_offset)
     return body
+
+
+def set_groups(client: int, body: int, link: int, group: int, mask: int) -> None:
+    """A link, -1 for the base, is in ``group`` and meets only groups of ``mask``, bit by bit.
+
+    For two bodies not to meet, neither may be in a group that the other's mask has.
+    """
+    pybullet.setCollisionFilterGroupMask(body, link, group, mask, physicsClientId=client)
+
+
+def remove(client: int, body: int, robot: int, links: Iterable[int]) -> None:
+    """Remove a body that ``links`` of the ``robot`` may have been told not to meet."""
+    for link in links:
+        pybullet.setCollisionFilterPair(robot, body, link, -1, 1, physicsClientId=client)
+    pybullet.removeBody(body, physicsClientId=client)
 
 
 def move_box(client: int, body: int, pose: Pose, com_offset: Vec3 = (0.0, 0.0, 0.0)) -> None:

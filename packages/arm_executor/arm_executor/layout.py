@@ -180,35 +180,47 @@ class BinFrame:
 
 
 def bin_frame(layout: Layout, station: str, spec: BinSpec) -> BinFrame:
-    """Frame of a bin of kind ``spec`` at ``station``; :class:`LayoutError` for another station."""
-    length = spec.size_mm[0] / 1000
+    """Frame of a bin of kind ``spec`` at ``station``; :class:`LayoutError` for another station.
+
+    The origin is at the corner nearest the rail, but for a bin with an open front at the corner
+    farthest behind it: bins are filled from their origin, and nothing may bar the way in.
+    """
+    length, breadth, _ = (edge / 1000 for edge in spec.size_mm)
     place = layout.stations
-    near = place.near_y_open_front if spec.name in OPEN_FRONT else place.near_y
-    if station == 'A':
-        return BinFrame((-place.gap_x - length, near, place.deck_z), 0.0)
-    if station == 'B':
-        return BinFrame((place.gap_x, near, place.deck_z), 0.0)
-    if station == 'C':
-        return BinFrame((length / 2, -near, place.deck_z), math.pi)
-    msg = f'no station {station!r} in this cell: use one of {", ".join(STATIONS)}'
-    raise LayoutError(msg)
+    left = {'A': -place.gap_x - length, 'B': place.gap_x, 'C': -length / 2}.get(station)
+    if left is None:
+        msg = f'no station {station!r} in this cell: use one of {", ".join(STATIONS)}'
+        raise LayoutError(msg)
+    from_behind = spec.name in OPEN_FRONT
+    away = place.near_y_open_front + breadth if from_behind else place.near_y
+    side = -1 if station == 'C' else 1
+    turned = from_behind == (side > 0)
+    return BinFrame(
+        (left + length if turned else left, side * away, place.deck_z), math.pi if turned else 0.0
+    )
 
 
 def bin_blocks(layout: Layout, station: str, spec: BinSpec) -> tuple[Block, ...]:
-    """Deck and walls of a bin as blocks in `cell`."""
+    """Deck and walls of a bin as blocks in `cell`.
+
+    The left wall is where x of the bin frame is 0, the back wall is away from the rail.
+    """
     length, breadth, height = (edge / 1000 for edge in spec.size_mm)
     wall, deck = layout.stations.wall, layout.stations.deck_z
     parts: list[tuple[str, Vec3, Vec3]] = [
         ('floor', (-wall, -wall, -deck), (length + wall, breadth + wall, 0.0))
     ]
+    at_origin = ((-wall, -wall, 0.0), (length + wall, 0.0, height))
+    opposite = ((-wall, breadth, 0.0), (length + wall, breadth + wall, height))
     if spec.name not in NO_WALLS:
         parts += [
             ('left wall', (-wall, 0.0, 0.0), (0.0, breadth, height)),
             ('right wall', (length, 0.0, 0.0), (length + wall, breadth, height)),
-            ('back wall', (-wall, breadth, 0.0), (length + wall, breadth + wall, height)),
         ]
-        if spec.name not in OPEN_FRONT:
-            parts.append(('front wall', (-wall, -wall, 0.0), (length + wall, 0.0, height)))
+        if spec.name in OPEN_FRONT:
+            parts.append(('back wall', *at_origin))
+        else:
+            parts += [('front wall', *at_origin), ('back wall', *opposite)]
     frame = bin_frame(layout, station, spec)
     return tuple(_block(frame, f'bin {station} {name}', low, high) for name, low, high in parts)
 

@@ -153,8 +153,7 @@ class PhysicsArm:
             msg = f'the arm still holds box {self.gripper.box_id}; return it to the belt first'
             raise MotionError(ErrorCode.START_STATE_INVALID, msg)
         check_grip(self.layout.tool, request.box)
-        start, site = self._driver.commanded, self._stands.site(stand)
-        motion = self._planner.plan(request, start, site)
+        motion = self._planner.plan(request, self._driver.commanded, self._stands.site(stand))
         return MotionPlan(request, motion.duration, time.perf_counter() - begun, motion)
 
     def execute(self, plan: MotionPlan, hooks: MotionHooks, stop: threading.Event) -> MotionResult:
@@ -193,8 +192,8 @@ class PhysicsArm:
             msg = f'box {box.id}: no vacuum builds up, the pad is {gap:.1f} mm from its {face}'
             raise Interrupted(ErrorCode.GRASP_FAILED, msg)
         self._presented = None
-        size, offset = metres(taken.box.size_mm), metres(taken.box.com_offset_mm)
-        load = Load(box.weight_kg, size, offset, tilts)
+        size = metres(taken.box.size_mm)
+        load = Load(box.weight_kg, size, metres(taken.box.com_offset_mm), tilts)
         self._held = Held(self.world.pose(box.id), motion.carry_path, load)
         self._truth.picked(box.id)
         run.hooks.picked()
@@ -220,6 +219,7 @@ class PhysicsArm:
         stand.box_ids.append(box.id)
         self._under_way = motion, Leg.RETREAT
         run.hooks.released()
+        self.world.doze(stand.box_ids)
         driver.rest(run, RELEASE_S / 2)
         driver.follow(motion.retreat, run, [(0.0, Phase.RETREATING)])
         self._under_way = None

@@ -87,6 +87,25 @@ def tool_acceleration_limit(
     return min(shear, peel)
 
 
+def holding_limits(
+    tool: Tool, mass: float, size: Vec3, com_offset: Vec3
+) -> tuple[tuple[float, float, float], ...]:
+    """What the pad may do to a box that hangs upright, as rows (level, up, most).
+
+    With an acceleration a in any level direction and b upwards, m/s2, each row says
+    ``level * a + up * b <= most``: shear, and peel. See :func:`tool_acceleration_limit`, which has
+    a = b: a box that only goes up may be pulled harder, one that goes down may be pushed harder.
+    """
+    pad = pad_on(tool, size)
+    held = pad.grip / tool.safety / mass
+    lever = pad.lever + math.hypot(com_offset[0], com_offset[1])
+    below = size[2] / 2 - com_offset[2]
+    return (
+        (1.0, pad.friction, pad.friction * (held - GRAVITY)),
+        (below, lever, pad.lever * held - lever * GRAVITY),
+    )
+
+
 def check_grip(tool: Tool, box: Box, *, tilts: bool = False) -> None:
     """:class:`MotionError` ``LIMITS_EXCEEDED`` when the pad cannot carry ``box``."""
     size = _metres(box.size_mm)

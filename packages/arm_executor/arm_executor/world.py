@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 import time
-import zlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
@@ -16,7 +15,7 @@ import numpy as np
 import pybullet
 from numpy.typing import NDArray
 
-from arm_executor import bullet
+from arm_executor import bullet, colours
 from arm_executor.layout import Block, Layout, conveyor_block, rail_block
 from arm_executor.robot.parameters import ArmModel
 from arm_executor.robot.urdf import cell_urdf
@@ -27,27 +26,18 @@ Array = NDArray[np.float64]
 
 STEP_S = 1.0 / 240.0
 _ITERATIONS = 300
+#: Bodies nearer than this are in touch for the solver, and wake each other, metres. Bullet's own
+#: 2 cm is more than the gap between boxes: then a whole bin wakes when one box comes near.
+_TOUCH = 0.002
 _DAMPING = 0.04
 _FRICTION = 0.6
 #: A box slower than this is at rest, m/s and rad/s.
 _REST_SPEED, _REST_TURN = 0.003, 0.03
 _REST_STEPS = 12
-
-_BELT, _STEEL, _WALL, _PALLET, _FLOOR = (
-    (0.16, 0.17, 0.19, 1.0),
-    (0.45, 0.47, 0.5, 1.0),
-    (0.35, 0.55, 0.78, 1.0),
-    (0.62, 0.47, 0.3, 1.0),
-    (0.80, 0.81, 0.83, 1.0),
-)
-_CARTONS = (
-    (0.80, 0.62, 0.42, 1.0),
-    (0.72, 0.53, 0.34, 1.0),
-    (0.86, 0.71, 0.52, 1.0),
-    (0.66, 0.49, 0.33, 1.0),
-    (0.90, 0.78, 0.60, 1.0),
-    (0.77, 0.57, 0.44, 1.0),
-)
+#: Boxes that were slower than this for so many looks, so many steps apart (0.5 s), may sleep while
+#: the arm still moves: what tips over gets faster than that in a tenth of it.
+_DOZE_SPEED, _DOZE_TURN = 0.001, 0.01
+_DOZE_LOOKS, _DOZE_EVERY = 10, 12
 
 
 @dataclass(frozen=True)
@@ -75,10 +65,15 @@ class PhysicsWorld:
         self.boxes: dict[str, Body] = {}
         self.elapsed_s = 0.0
         self.after_step: Callable[[], None] | None = None
+        self._dozing: list[int] = []
+        self._doze_looks = 0
         client = self.client
         pybullet.setGravity(0, 0, -9.81, physicsClientId=client)
         pybullet.setPhysicsEngineParameter(
-            fixedTimeStep=STEP_S, numSolverIterations=_ITERATIONS, physicsClientId=client
+            fixedTimeStep=STEP_S,
+            numSolverIterations=_ITERATIONS,
+            contactBreakingThreshold=_TOUCH,
+            physicsClientId=client,
         )
         self.robot = bullet.load_robot(client, cell_urdf(arm, layout))
         self.joints = bullet.joint_indices(client, self.robot)
@@ -88,9 +83,9 @@ class PhysicsWorld:
             pybullet.changeDynamics(
                 self.robot, link, linearDamping=0, angularDamping=0, physicsClientId=client
             )
-        self.add_part('floor', (Block('floor', (-20, -20, -0.1), (20, 20, 0.0)),), _FLOOR)
-        self.add_part('conveyor', (conveyor_block(layout),), _BELT)
-        self.add_part('rail', (rail_block(layout),), _STEEL)
+        self.add_part('floor', (Block('floor', (-20, -20, -0.1), (20, 20, 0.0)),), colours.FLOOR)
+        self.add_part('conveyor', (conveyor_block(layout),), colours.BELT)
+        self.add_part('rail', (rail_block(layout),), colours.STEEL)
         for part in ('rail', 'floor'):
             pybullet.setCollisionFilterPair(
                 self.robot,
@@ -105,12 +100,12 @@ class PhysicsWorld:
         self,
         name: str,
         blocks: Iterable[Block],
-        colour: tuple[float, float, float, float] | None = None,
+        colour: colours.Colour | None = None,
     ) -> None:
         """Add fixed blocks under one ``name``; the default colour is that of a bin."""
         numbers = self._parts.setdefault(name, [])
         for block in blocks:
-            shade = colour or (_PALLET if block.name.endswith('floor') else _WALL)
+            shade = colour or (colours.PALLET if block.name.endswith('floor') else colours.WALL)
             number = bullet.add_block(self.client, block, shade)
             pybullet.changeDynamics(
                 number, -1, lateralFriction=_FRICTION, physicsClientId=self.client
@@ -126,7 +121,7 @@ class PhysicsWorld:
         """Add ``box`` with its true size, mass and centre of mass at ``pose``."""
         size = _metres(box.size_mm)
         offset = _metres(box.com_offset_mm)
-        shade = _CARTONS[zlib.crc32(box.id.encode()) % len(_CARTONS)]
+        shade = colours.carton(box.id)
         number = bullet.add_box(self.client, size, pose, box.weight_kg, offset, shade)
         pybullet.changeDynamics(
             number,
@@ -143,7 +138,8 @@ class PhysicsWorld:
         """Take a box away; one that is not there is fine."""
         body = self.boxes.pop(box_id, None)
         if body is not None:
-            pybullet.removeBody(body.number, physicsClientId=self.client)
+            self._dozing = []
+            bullet.remove(self.client, body.number, self.robot, self.links.values())
 
     def move_box(self, box_id: str, pose: Pose) -> None:
         """Put a box elsewhere, at rest."""
@@ -168,6 +164,8 @@ class PhysicsWorld:
             pybullet.stepSimulation(physicsClientId=self.client)
             if self.after_step is not None:
                 self.after_step()
+            if self._dozing:
+                self._look_at_dozing()
         self.elapsed_s += count * STEP_S
         if self._speed > 0:
             now = time.monotonic()
@@ -177,19 +175,48 @@ class PhysicsWorld:
                 time.sleep(self._due - now)
 
     def settle(self, box_ids: Iterable[str], timeout_s: float) -> float:
-        """Step until all of ``box_ids`` rest, or ``timeout_s`` of robot time passed; seconds."""
+        """Step until all of ``box_ids`` rest, or ``timeout_s`` of robot time passed; seconds.
+
+        What rests is put to sleep, until something touches it.
+        """
         numbers = [self.boxes[one].number for one in box_ids]
         still = 0
         for count in range(math.ceil(timeout_s / STEP_S)):
             if still >= _REST_STEPS:
+                self._let_sleep(numbers)
                 return count * STEP_S
             self.step()
             still = still + 1 if all(self._rests(number) for number in numbers) else 0
         return timeout_s
 
-    def _rests(self, number: int) -> bool:
+    def doze(self, box_ids: Iterable[str]) -> None:
+        """Once all of ``box_ids`` have rested for half a second they sleep, while the arm moves."""
+        self._dozing = [self.boxes[one].number for one in box_ids]
+        self._doze_looks = 0
+
+    def _look_at_dozing(self) -> None:
+        self._doze_looks += 1
+        looks, between = divmod(self._doze_looks, _DOZE_EVERY)
+        if between:
+            return
+        if not all(self._rests(one, _DOZE_SPEED, _DOZE_TURN) for one in self._dozing):
+            self._doze_looks = 0
+        elif looks >= _DOZE_LOOKS:
+            self._let_sleep(self._dozing)
+            self._dozing = []
+
+    def _let_sleep(self, numbers: Iterable[int]) -> None:
+        for number in numbers:
+            pybullet.changeDynamics(
+                number,
+                -1,
+                activationState=pybullet.ACTIVATION_STATE_SLEEP,
+                physicsClientId=self.client,
+            )
+
+    def _rests(self, number: int, slow: float = _REST_SPEED, turning: float = _REST_TURN) -> bool:
         speed, turn = pybullet.getBaseVelocity(number, physicsClientId=self.client)
-        return bool(max(map(abs, speed)) < _REST_SPEED and max(map(abs, turn)) < _REST_TURN)
+        return bool(max(map(abs, speed)) < slow and max(map(abs, turn)) < turning)
 
     def drive(self, q: Array, qd: Array) -> None:
         """Set what the joints steer for: positions and speeds (7,), within their real torques."""

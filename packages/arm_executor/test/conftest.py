@@ -13,6 +13,19 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 
 @pytest.fixture
+def arm():
+    """An arm in physics with empty bins at A and B."""
+    from physics_cases import empty
+
+    from arm_executor.physics_arm import PhysicsArm
+
+    one = PhysicsArm()
+    one.set_bins(empty('A', 'B'), {})
+    yield one
+    one.close()
+
+
+@pytest.fixture
 def ros_domain(monkeypatch):
     """Reserve a ROS_DOMAIN_ID that no other test on this host is using."""
     with domain_coordinator.domain_id() as number:

@@ -165,10 +165,26 @@ def test_stations_stand_where_the_architecture_says():
     spec, layout = parse_bin('LDC'), Layout()
     assert bin_frame(layout, 'A', spec).origin == pytest.approx((-1.65, 0.55, 0.15))
     assert bin_frame(layout, 'B', spec).origin == pytest.approx((0.45, 0.55, 0.15))
-    assert bin_frame(layout, 'A', parse_bin('RC')).origin[1] == pytest.approx(0.85)
     back = bin_frame(layout, 'C', spec)
     # The corner nearest the bin's origin is nearest the rail, on the other side.
     assert back.to_cell(Pose((0.1, 0.2, 0.3))).position == pytest.approx((0.5, -0.75, 0.45))
+
+
+@pytest.mark.parametrize('station', 'ABC')
+def test_cage_is_filled_from_its_back_wall_to_its_open_front(station):
+    layout, cage = Layout(), parse_bin('RC')
+    frame = bin_frame(layout, station, cage)
+    length, breadth, _ = (edge / 1000 for edge in cage.size_mm)
+    corners = [
+        frame.to_cell(Pose((x, y, 0.0))).position for x in (0.0, length) for y in (0.0, breadth)
+    ]
+    away = [abs(y) for _, y, _ in corners]
+    assert away == pytest.approx([0.85 + breadth, 0.85] * 2)
+    back = next(b for b in bin_blocks(layout, station, cage) if b.name.endswith('back wall'))
+    assert min(abs(back.low[1]), abs(back.high[1])) == pytest.approx(0.85 + breadth)
+    # Where it stands is the same as for a bin with four walls that starts there.
+    low = {'A': -0.45 - length, 'B': 0.45, 'C': -length / 2}[station]
+    assert min(x for x, _, _ in corners) == pytest.approx(low)
 
 
 @pytest.mark.parametrize('station', 'ABC')

@@ -163,3 +163,31 @@ def test_obstacles_are_known_with_their_extents(worlds):
         assert len(without.low) == len(names) - 1
     finally:
         world.remove('turned')
+
+
+def test_an_obstacle_is_seen_whatever_its_body_number_was_used_for_before():
+    # PyBullet gives out the numbers of removed bodies again, with the rules made about them.
+    world, kinematics = PlanningWorld(ARM, LAYOUT), CellKinematics(ARM, LAYOUT)
+    rng = np.random.default_rng(3)
+    places = np.arange(-1.8, 1.9, 0.6)
+    standing: set[float] = set()
+    try:
+        for _ in range(12):
+            for x in rng.choice(places, 2, replace=False):
+                name = f'obstacle at {x:.1f}'
+                if x in standing:
+                    world.remove(name)
+                else:
+                    world.set_box(name, (0.1, 0.1, 0.1), Pose((x, 0.9, 1.0)))
+                standing ^= {x}
+            world.hold(BOX, 'held')
+            for x in places:
+                above, inside = np.array([x, 0.9, 1.2]), np.array([x, 0.9, 1.0])
+                q, deep = (kinematics.tool_down([x], [p], [0.0])[0, 2] for p in (above, inside))
+                ends = np.array([above + AWAY, above, above - AWAY])
+                across = JointPath(np.array([q] * 3), ends, np.zeros(3))
+                for path, turn in ((path_at(q), 0.0), (across, 0.0), (path_at(deep), None)):
+                    assert (world.first_hit(path, turn) is not None) == (x in standing)
+            world.drop()
+    finally:
+        world.close()

@@ -13,6 +13,8 @@ from hypothesis import strategies as st
 pytest.importorskip('pybullet')
 pytest.importorskip('toppra')
 
+import pybullet
+
 from arm_executor.arm import MotionError, MotionHooks, PlaceRequest
 from arm_executor.layout import Tool, pick_pose
 from arm_executor.physics_arm import PhysicsArm
@@ -21,6 +23,7 @@ from arm_executor.suction import (
     Pad,
     PadLoad,
     check_grip,
+    holding_limits,
     overload,
     pad_on,
     tool_acceleration_limit,
@@ -85,6 +88,40 @@ def test_within_the_limit_the_pad_holds_with_the_reserve_and_beyond_it_does_not(
         assert overload(reserved, bears(1.001 * limit, 0.0)) is not None
     else:
         assert overload(reserved, bears(0.001, 0.0)) is not None
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    mass=st.floats(0.1, 30.0),
+    height=st.floats(0.05, 0.6),
+    aside=st.floats(0.0, 0.1),
+    slope=st.floats(-1.2, 1.2),
+)
+def test_level_and_upward_acceleration_share_what_the_pad_holds(mass, height, aside, slope):
+    """Level in the worst direction, that in which the centre of mass lies off the pad's axis."""
+    tool, size, offset = Tool(), (0.4, 0.3, height), (aside, 0.0, 0.0)
+    pad = pad_on(tool, size)
+    reserved = Pad(pad.grip / tool.safety, pad.friction, pad.lever)
+
+    def bears(length):
+        level, up = length * math.cos(slope), length * math.sin(slope)
+        pull = mass * (GRAVITY + up)
+        return PadLoad(pull, mass * level, pull * aside + mass * level * height / 2)
+
+    rows = holding_limits(tool, mass, size, offset)
+    if any(limit <= 0 for _, _, limit in rows):
+        assert overload(reserved, bears(0.001)) is not None
+        return
+    # Upside down the pad would be pushed, not pulled: nothing falls faster than the box.
+    steps = [
+        limit / (level * math.cos(slope) + up * math.sin(slope))
+        for level, up, limit in rows
+        if level * math.cos(slope) + up * math.sin(slope) > 0
+    ]
+    most = min([*steps, 9.0])
+    assert overload(reserved, bears(0.999 * most)) is None
+    if most < 9.0:
+        assert overload(reserved, bears(1.001 * most)) is not None
 
 
 def test_heavier_and_taller_boxes_are_carried_more_gently():
@@ -180,3 +217,24 @@ def test_measured_load_is_the_weight_of_the_box_while_the_arm_stands_still(arm):
     assert seen.pull == pytest.approx(8.0 * GRAVITY, rel=0.01)
     assert seen.shear < 1.0
     assert seen.peel == pytest.approx(8.0 * GRAVITY * 0.020, rel=0.05)
+
+
+def test_pad_gives_way_to_one_box_and_not_to_the_next_with_its_body_number(arm):
+    world, gripper = arm.world, arm.gripper
+    x, y, z = world.tool_pose().position
+    under = Pose((x, y, z - SIZE[2] / 2 + 0.004))
+
+    def touched(box_id):
+        """Add a box that overlaps the pad by 4 mm; its number, and whether the pad meets it."""
+        world.add_box(Box(box_id, SIZE_MM, 4.0), under)
+        if box_id == 'soft':
+            gripper.approach(box_id)
+        world.step()
+        number = world.boxes[box_id].number
+        contacts = pybullet.getContactPoints(world.robot, number, physicsClientId=world.client)
+        world.remove_box(box_id)
+        return number, bool(contacts)
+
+    number, met = touched('soft')
+    assert not met
+    assert touched('next') == (number, True)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pack_msgs_py.cell_values import Decision, Pose
 from pack_msgs_py.codes import PlacementStatus, Reason
 from pack_msgs_py.orientation import QUATERNIONS, oriented_size
+from pack_msgs_py.rules import may_enter
 from pack_msgs_py.values import Bin, Box, PlacedBox, Vec3
 from pack_planner.algorithms.base import Memory
 from pack_planner.algorithms.warm_up import warm_up
@@ -155,7 +156,7 @@ class Planner:
             return Reason.INVALID_DATA, text
         for one in bins:
             refused = situation.forbidden.refused(box, one)
-            if one.boxes or not refused:
+            if one.boxes or not refused or _may_go_elsewhere(box, one, situation):
                 continue
             models = [engine.model(other) for other in bins]
             if engine.best_placement(box, models, situation.forbidden) is None:
@@ -165,6 +166,22 @@ class Planner:
                 )
                 return Reason.UNREACHABLE, text
         return None
+
+
+def _may_go_elsewhere(box: Box, refusing: Bin, situation: Situation) -> bool:
+    """Whether the arm may reach a place for ``box`` at a station whose bin is not empty yet.
+
+    What is too far or too slow at one station need not be so at another. Then the box waits, or a
+    bin is closed there when nothing else fits.
+    """
+    if situation.forbidden.too_much_for_the_arm(box, refusing):
+        return False
+    stations = {one.station for one in situation.bins if not one.boxes}
+    return any(
+        one.station not in stations and may_enter(box, one.destination)
+        for one in situation.bins
+        if one.boxes
+    )
 
 
 def target_pose(placed: PlacedBox, target: Bin) -> Pose:

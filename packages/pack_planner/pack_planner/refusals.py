@@ -15,6 +15,8 @@ from pack_planner.engine import Zone
 #: the content changes: a refusal costs the arm about a tenth of a second. After so many places
 #: where it would take too long, whatever the content, it is not offered to that bin any more.
 TRIES_PER_BOX = 6
+#: In an empty bin more is tried, since a box that an empty bin does not take is rejected.
+TRIES_IN_EMPTY_BIN = 30
 #: The same for all boxes together, in a bin that holds any.
 TRIES_PER_CONTENT = 30
 
@@ -116,6 +118,10 @@ class Forbidden:
         """Placements of ``box`` that the arm refused in ``target`` as it is."""
         return tuple(one.zone for one in self._own(box, target))
 
+    def too_much_for_the_arm(self, box: Box, target: Bin) -> bool:
+        """Whether the arm said of ``box`` what holds at any station: it cannot carry it."""
+        return any(one.code is ErrorCode.LIMITS_EXCEEDED for one in self._own(box, target))
+
     def plus(self, target: Bin, decision: Decision) -> Forbidden:
         """The same with ``decision`` refused too."""
         more = _refused(target, decision)
@@ -131,7 +137,8 @@ class Forbidden:
         fresh = [one for one in known if one.revision == content]
         tries = sum(one.box.id == box.id for one in fresh)
         slow = sum(one.box.id == box.id and one.code in _SLOW and one.lasting for one in known)
-        if max(tries, slow) >= TRIES_PER_BOX:
+        hopeful = not target.boxes and not self.too_much_for_the_arm(box, target)
+        if max(tries, slow) >= (TRIES_IN_EMPTY_BIN if hopeful else TRIES_PER_BOX):
             return None
         if target.boxes and len(fresh) >= TRIES_PER_CONTENT:
             return None

@@ -14,7 +14,7 @@ from pack_msgs_py.values import Bin
 from pack_planner.coordinator import BINS_TIMEOUT_S, SILENCE_S
 from pack_planner.decide import Close, Reject, Wait
 from pack_planner.inputs import RESCAN_S
-from pack_planner.refusals import TRIES_PER_BOX
+from pack_planner.refusals import TRIES_IN_EMPTY_BIN
 from pack_planner.running import (
     ACCEPT_TIMEOUT_S,
     FORGOTTEN_S,
@@ -119,19 +119,19 @@ def test_a_refused_placement_is_not_offered_again_and_not_every_one_is_tried(rig
     assert rig.take() == [('plan', 2)]
     zones = rig.situations[2].forbidden.refused(box('a'), EMPTY)
     assert [zone.corner_mm for zone in zones] == [(0, 0, 0)]
-    for tries in range(1, TRIES_PER_BOX):
+    for tries in range(1, TRIES_IN_EMPTY_BIN):
         assert rig.situations[1 + tries].forbidden(box('a'), EMPTY) is not None
         rig.planned('a', (100 * tries, 0, 0))
         rig.refuse(code)
-    last = rig.situations[1 + TRIES_PER_BOX].forbidden
-    assert len(last.refused(box('a'), EMPTY)) == TRIES_PER_BOX
+    last = rig.situations[1 + TRIES_IN_EMPTY_BIN].forbidden
+    assert len(last.refused(box('a'), EMPTY)) == TRIES_IN_EMPTY_BIN
     assert last(box('a'), EMPTY) is None
     grown = replace(EMPTY, revision=5)
     rig.bins(grown)
     rig.planned('b')
     later = rig.situations[max(rig.situations)].forbidden
     lasting = code is ErrorCode.NO_IK_SOLUTION
-    assert len(later(box('a'), grown)) == (TRIES_PER_BOX if lasting else 0)
+    assert len(later(box('a'), grown)) == (TRIES_IN_EMPTY_BIN if lasting else 0)
 
 
 def test_a_refusal_without_goal_id_is_matched_by_box_and_revision(rig):

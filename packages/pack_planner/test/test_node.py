@@ -27,7 +27,7 @@ from pack_msgs_py.validator import validate_bins
 from pack_msgs_py.values import Bin, Box
 from pack_planner.engine import Engine
 from pack_planner.node import PlannerNode
-from pack_planner.refusals import TRIES_PER_BOX
+from pack_planner.refusals import TRIES_IN_EMPTY_BIN
 
 pytestmark = pytest.mark.ros
 
@@ -170,10 +170,10 @@ def test_it_says_once_a_second_how_it_is(domain):
 
 
 def test_a_box_refused_everywhere_in_an_empty_bin_is_rejected_as_unreachable(domain):
-    with cell(domain, boxes(1), script=[ErrorCode.NO_IK_SOLUTION] * TRIES_PER_BOX) as peers:
+    with cell(domain, boxes(1), script=[ErrorCode.NO_IK_SOLUTION] * TRIES_IN_EMPTY_BIN) as peers:
         peers.send_all()
-        peers.announced.wait(TRIES_PER_BOX + 1)
-        last = decision(peers.announced.items[TRIES_PER_BOX])
+        peers.announced.wait(TRIES_IN_EMPTY_BIN + 1)
+        last = decision(peers.announced.items[TRIES_IN_EMPTY_BIN])
     assert last.reject_reason is Reason.UNREACHABLE and 'box-0' in last.reason
     assert peers.swapped.items == []
 

@@ -15,7 +15,7 @@ from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Bin, Box
 from pack_planner.alternatives import planned, quick
 from pack_planner.decide import Close, Place, Planner, Reject, Settings
-from pack_planner.refusals import TRIES_PER_CONTENT, Refusals
+from pack_planner.refusals import TRIES_IN_EMPTY_BIN, TRIES_PER_CONTENT, Refusals
 
 
 @pytest.fixture
@@ -42,15 +42,57 @@ def test_a_refused_box_goes_at_least_ten_centimetres_away(planner):
 SIX = [(x, y, 0) for x in (0, 100, 200) for y in (0, 100)]
 
 
-def test_a_box_refused_six_times_in_an_empty_bin_is_unreachable(planner):
+#: Every tenth centimetre of the floor, and every fifth along x.
+FLOOR = [(x, y, 0) for x in range(0, 501, 100) for y in range(0, 301, 100)]
+MANY = [*FLOOR, *((x + 50, y, 0) for x, y, _ in FLOOR[:6])]
+
+
+def test_a_box_is_offered_far_from_six_refused_places_of_an_empty_bin(planner):
     box = Box('a', (100.0, 100.0, 100.0))
-    memory = refused(EMPTY, 'a', *SIX)
+    memory = refused(EMPTY, 'a', *SIX, code=ErrorCode.DEADLINE_UNREACHABLE)
+    outcome = planner.decide(situation([box], forbidden=memory.snapshot()))
+    assert isinstance(outcome, Place)
+    assert outcome.decision.corner_mm not in SIX
+
+
+def test_a_box_refused_thirty_times_in_an_empty_bin_is_unreachable(planner):
+    assert len(MANY) == TRIES_IN_EMPTY_BIN
+    box = Box('a', (20.0, 20.0, 20.0))
+    memory = refused(EMPTY, 'a', *MANY, size=box.size_mm)
     outcome = planner.decide(situation([box], forbidden=memory.snapshot()))
     assert isinstance(outcome, Reject)
     assert outcome.decision.reject_reason is Reason.UNREACHABLE
     other = Bin('bin-2', 2, SMALL)
     outcome = planner.decide(situation([box], EMPTY, other, forbidden=memory.snapshot()))
     assert isinstance(outcome, Place) and outcome.decision.bin_id == 'bin-2'
+
+
+STATION_C = replace(EMPTY, id='far', serial=9, station='C')
+LEFT = Bin('near', 2, SMALL, (block(400),), 'A', revision=2)
+
+
+def test_a_box_out_of_reach_at_one_station_waits_for_an_empty_bin_at_another(planner):
+    box = Box('a', (100.0, 100.0, 100.0))
+    known = refused(STATION_C, 'a', *MANY, code=ErrorCode.DEADLINE_UNREACHABLE).snapshot()
+    # At A there is no room left; an empty bin there may be within reach.
+    assert planner.decide(situation([box], LEFT, STATION_C, forbidden=known)) == Close(LEFT)
+    # Another box that fits goes first.
+    other = Box('b', (100.0, 100.0, 100.0))
+    outcome = planner.decide(situation([box, other], LEFT, STATION_C, forbidden=known))
+    assert isinstance(outcome, Place) and outcome.decision.box.id == 'b'
+
+
+def test_a_box_out_of_reach_at_every_station_or_too_heavy_for_the_arm_is_rejected(planner):
+    box = Box('a', (100.0, 100.0, 100.0))
+    memory = refused(STATION_C, 'a', *MANY, code=ErrorCode.DEADLINE_UNREACHABLE)
+    empty = Bin('near', 2, SMALL, (), 'A')
+    for corner in MANY:
+        decision = Decision(box, empty.id, corner_mm=corner)
+        memory.learn(empty, decision, ErrorCode.NO_IK_SOLUTION)
+    outcome = planner.decide(situation([box], empty, STATION_C, forbidden=memory.snapshot()))
+    assert isinstance(outcome, Reject)
+    heavy = refused(STATION_C, 'a', *SIX, code=ErrorCode.LIMITS_EXCEEDED).snapshot()
+    assert isinstance(planner.decide(situation([box], LEFT, STATION_C, forbidden=heavy)), Reject)
 
 
 def test_when_everything_is_refused_the_fullest_bin_is_closed(planner):

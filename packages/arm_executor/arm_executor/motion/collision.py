@@ -38,6 +38,9 @@ BOX_SKIN = 0.004
 #: Links this many joints apart cannot meet, or always touch.
 _NEIGHBOUR_LINKS = 2
 _TOOL_LINKS = ('tool', 'tcp')
+#: Collision groups of the carried box and of the tool, which do not meet; nor does the box meet
+#: its own other size.
+_HELD_GROUP, _TOOL_GROUP = 64, 128
 #: Where the carried box is while it is not checked.
 _ASIDE = Pose((0.0, 0.0, 9.0))
 
@@ -53,6 +56,8 @@ class PlanningWorld:
         self._joints = bullet.joint_indices(self._client, self._robot)
         self._links = bullet.link_names(self._client, self._robot)
         self._tool = {n for n, name in self._links.items() if name in _TOOL_LINKS}
+        for link in self._tool:
+            bullet.set_groups(self._client, self._robot, link, _TOOL_GROUP, ~_HELD_GROUP)
         for one in self._links:
             for other in self._links:
                 if abs(one - other) <= _NEIGHBOUR_LINKS:
@@ -103,13 +108,9 @@ class PlanningWorld:
             body = bullet.add_box(self._client, body_size, _ASIDE, mass=0.1)
             self._held[key] = body
             self._names[body] = name
-            for link in self._tool:
-                pybullet.setCollisionFilterPair(
-                    self._robot, body, link, -1, 0, physicsClientId=self._client
-                )
-        pybullet.setCollisionFilterPair(
-            self._held['close'], self._held['wide'], -1, -1, 0, physicsClientId=self._client
-        )
+            # Not by pairs of bodies: such a rule would outlive this body, see `bullet`.
+            mask = ~(_HELD_GROUP | _TOOL_GROUP)
+            bullet.set_groups(self._client, body, -1, _HELD_GROUP, mask)
         self.held_size = size
 
     def drop(self) -> None:

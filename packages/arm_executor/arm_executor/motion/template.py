@@ -159,6 +159,7 @@ def make_task(request: PlaceRequest, site: Site, layout: Layout) -> Task:
     rim = max([floor, *(one.high[2] for one in site.standing)])
     if site.spec.name in OPEN_FRONT:
         front = _front(site, layout)
+        rim = floor
     elif site.spec.name not in NO_WALLS:
         rim = max(rim, floor + site.spec.size_mm[2] / 1000)
     return Task(
@@ -175,9 +176,9 @@ def make_task(request: PlaceRequest, site: Site, layout: Layout) -> Task:
 
 
 def _front(site: Site, layout: Layout) -> Front:
-    x, y, _ = site.frame.origin
-    length = site.spec.size_mm[0] / 1000
-    x = x - length if abs(site.frame.yaw) > 1 else x
+    length, breadth, _ = metres(site.spec.size_mm)
+    ends = [site.frame.to_cell(Pose((x, breadth, 0.0))).position for x in (0.0, length)]
+    y, x = ends[0][1], min(one[0] for one in ends)
     blocks = bin_blocks(layout, site.station, site.spec)
     walls = tuple(one.name for one in blocks if one.name.endswith('wall'))
     return Front(y, x, x + length, layout.stations.wall, walls)

@@ -21,7 +21,7 @@ from toppra import algorithm, constraint
 from arm_executor.layout import Layout
 from arm_executor.robot.parameters import ArmModel
 from arm_executor.robot.urdf import cell_urdf
-from arm_executor.suction import LEAST_ACCELERATION, tool_acceleration_limit
+from arm_executor.suction import LEAST_ACCELERATION, holding_limits, tool_acceleration_limit
 from pack_msgs_py.values import Vec3
 
 Array = NDArray[np.float64]
@@ -185,15 +185,24 @@ class Timing:
         self._loaded.move_to_end(load)
         return self._loaded[load]
 
-    def _tool_acceleration(self, load: Load | None) -> float:
-        """What the pad may do, empty or with ``load`` on it, m/s2."""
+    def _tool_polytope(self, load: Load | None) -> tuple[Array, Array]:
+        """What the pad may do, empty or with ``load`` on it: directions (n, 3), and limits (n,).
+
+        Level it is limited in eight directions; between two of them 8 % more gets through.
+        """
         most = self.limits.tool_acceleration
         if load is None:
-            return most * self.limits.empty_tool_factor
+            return _directions([(1.0, 0.0, most * self.limits.empty_tool_factor)])
         held = tool_acceleration_limit(
             self._tool, load.mass, load.size, load.com_offset, tilts=load.tilts
         )
-        return min(most, max(held, LEAST_ACCELERATION))
+        if load.tilts or held < LEAST_ACCELERATION:
+            return _directions([(1.0, 0.0, min(most, max(held, LEAST_ACCELERATION)))])
+        rows = [(1.0, 0.0, most)]
+        for level, up, limit in holding_limits(self._tool, load.mass, load.size, load.com_offset):
+            if level * most + up * most > limit:
+                rows.append((level, up, limit))
+        return _directions(rows)
 
     def _constraints(
         self, model: pinocchio.Model, load: Load | None
@@ -212,7 +221,7 @@ class Timing:
             ).linear
             return result
 
-        directions, bounds = _tool_polytope(self._tool_acceleration(load))
+        directions, bounds = self._tool_polytope(load)
         return [
             constraint.JointVelocityConstraint(_both_ways(self.max_speed)),
             constraint.JointAccelerationConstraint(_both_ways(self.max_acceleration)),
@@ -285,9 +294,15 @@ def _both_ways(limit: Array) -> Array:
     return np.stack([-limit, limit], axis=1)
 
 
-def _tool_polytope(most: float) -> tuple[Array, Array]:
-    """Eight horizontal directions and both verticals, none above ``most`` m/s2."""
+def _directions(rows: Sequence[tuple[float, float, float]]) -> tuple[Array, Array]:
+    """Rows (level, up, most) for each of eight level directions, and the first's most up and down.
+
+    As matrix (n, 3) and bounds (n,) on accelerations (3,), frame `cell`.
+    """
     angles = np.arange(8) * math.pi / 4
     level = np.stack([np.cos(angles), np.sin(angles), np.zeros(8)], axis=1)
-    directions = np.vstack([level, [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]])
-    return directions, np.full(len(directions), most)
+    vertical = np.array([0.0, 0.0, 1.0])
+    parts = [share * level + up * vertical for share, up, _ in rows]
+    bounds = [np.full(8, most) for _, _, most in rows]
+    table = np.vstack([*parts, vertical, -vertical])
+    return table, np.r_[np.concatenate(bounds), rows[0][2], rows[0][2]]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
@@ -12,23 +11,15 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from arm_executor.admission import find_scanned, rotation_matrix
 from arm_executor.bins import BookState
+from arm_executor.colours import BELT, PALLET, STEEL, WALL, Colour, carton
 from arm_executor.layout import Block, Layout, bin_blocks, conveyor_block, rail_block
 from arm_executor.robot.tree import ROOT, Joint
 from pack_msgs_py.cell_values import Pose, Quaternion, Scan
 from pack_msgs_py.values import Box, Vec3, frame_name
 
 Array = NDArray[np.float64]
-Colour = tuple[float, float, float, float]
-
-_WALL, _PALLET, _BELT = (0.35, 0.55, 0.78, 0.25), (0.62, 0.47, 0.3, 1.0), (0.16, 0.17, 0.19, 1.0)
-_STEEL = (0.45, 0.47, 0.5, 1.0)
-_CARTONS: tuple[Colour, ...] = (
-    (0.80, 0.62, 0.42, 1.0),
-    (0.72, 0.53, 0.34, 1.0),
-    (0.86, 0.71, 0.52, 1.0),
-    (0.66, 0.49, 0.33, 1.0),
-    (0.90, 0.78, 0.60, 1.0),
-)
+#: Walls can be seen through.
+_WALL: Colour = (*WALL[:3], 0.25)
 
 
 @dataclass(frozen=True)
@@ -123,16 +114,16 @@ def _cubes(scene: Scene) -> Iterator[tuple[str, str, Vec3, Pose, Colour]]:
 
 
 def _blocks(scene: Scene) -> Iterator[tuple[str, Block, Colour]]:
-    yield 'cell', conveyor_block(scene.layout), _BELT
-    yield 'cell', rail_block(scene.layout), _STEEL
+    yield 'cell', conveyor_block(scene.layout), BELT
+    yield 'cell', rail_block(scene.layout), STEEL
     for one in scene.bins.bins:
         for block in bin_blocks(scene.layout, one.station, one.spec):
-            yield 'bins', block, _PALLET if block.name.endswith('floor') else _WALL
+            yield 'bins', block, PALLET if block.name.endswith('floor') else _WALL
 
 
 def _box(box: Box, pose: Pose) -> tuple[Vec3, Pose, Colour]:
     x, y, z = (edge / 1000 for edge in box.size_mm)
-    return (x, y, z), pose, _CARTONS[zlib.crc32(box.id.encode()) % len(_CARTONS)]
+    return (x, y, z), pose, carton(box.id)
 
 
 def _cube(
