@@ -53,6 +53,7 @@ def node_parameters(folder: Path, options: RunOptions) -> dict[str, dict[str, An
             'size_sigmas': options.size_sigmas,
             'look_ahead': options.look_ahead,
             'deadline_s': options.deadline_s,
+            'budget_s': planning_budget_s(options),
             'max_payload_kg': _payload(options),
             'max_passed_over': most_passed_over(options),
             **dict(options.planner),
@@ -84,6 +85,17 @@ def most_passed_over(options: RunOptions) -> int:
         return usual
     reserve = 3 * options.look_ahead if options.belt_mode == 'continuous' else 0
     return min(usual, max(1, options.max_laps - reserve))
+
+
+def planning_budget_s(options: RunOptions) -> float:
+    """How long a decision may take, wall seconds.
+
+    Planning that no motion hides counts against the deadline: a tenth of it may be spent so, beside
+    three seconds of robot time, which nearly every motion takes. As fast as possible (speed 0) a
+    motion hides next to nothing.
+    """
+    hidden_s = 3.0 / options.speed if options.speed else 0.0
+    return min(PlannerParameters().budget_s, options.deadline_s / 10 + hidden_s)
 
 
 def _payload(options: RunOptions) -> float:

@@ -140,3 +140,22 @@ def test_parameters_of_the_planner_reach_its_node(tmp_path):
     found = node_parameters(tmp_path, run_options(parser.parse_args(arguments)))['planner']
     assert (found['cep'], found['max_passed_over']) == (True, 7)
     assert (found['large_until'], found['weights']) == (0.25, '1,1,50 RC:2,1,50')
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'budget_s'),
+    [
+        ([], 0.55),
+        (['--speed', '1'], 3.55),
+        (['--speed', '0.1'], 5.0),
+        (['--speed', '0.1', '--deadline', '60'], 5.0),
+        (['--planner', 'budget_s=2.5'], 2.5),
+    ],
+)
+def test_a_decision_gets_the_time_that_motions_and_the_deadline_leave(
+    tmp_path, arguments, budget_s
+):
+    parser = OneLineParser()
+    add_run_options(parser, ('mpack_lite',))
+    options = run_options(parser.parse_args(arguments))
+    assert node_parameters(tmp_path, options)['planner']['budget_s'] == pytest.approx(budget_s)
