@@ -109,6 +109,7 @@ def test_a_scan_of_long_ago_or_of_another_frame_is_not_used(domain, spoil, said)
         logs = Mailbox()
         kept = QoSProfile(depth=50, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
         peers.create_subscription(Log, '/rosout', lambda msg: logs.put(msg.msg), kept)
+        logs.wait(1)  # from here on nothing that is logged can be missed
         peers.send_bins()
         peers.send_scan(spoil)
         lines = (logs.wait(number) for number in itertools.count(1))
