@@ -127,7 +127,7 @@ def raise_bases(  # type: ignore[no-untyped-def]
 
     ``tops``, ``costs`` as from :func:`carriers`; ``known`` is the least that each box costs in any
     bin, ``least`` (boxes,) is lowered to the least it costs in this one. ``land`` is from
-    :func:`landings`. Returns how many positions are left.
+    :func:`landings`. Returns a sum that grows with each position and each lower base.
     """
     step, tolerance = rule[0], rule[1]
     w1, w2, _ = weights
@@ -196,7 +196,7 @@ def raise_bases(  # type: ignore[no-untyped-def]
                     if best == NEVER:
                         continue
                 low[s, i, j] = best
-                left += 1
+                left += NEVER - best
                 least[which] = min(least[which], base + w2 * best)
     return left
 
