@@ -10,16 +10,21 @@ from dataclasses import replace
 from pack_msgs_py.codes import PlacementStatus
 from pack_msgs_py.values import Bin, BinSpec, Box
 from pack_planner.algorithms.base import Choice, Problem
-from pack_planner.algorithms.incumbent import best_incumbent
+from pack_planner.algorithms.incumbent import best_incumbent, greedy
 from pack_planner.algorithms.selection import selection_key
 from pack_planner.engine import Candidate, Engine
 from pack_planner.engine.engine import nothing_forbidden
+from pack_planner.joint.grouped import GroupedSearch
 from pack_planner.joint.solution import JointResult
 from pack_planner.joint.solve import MOST_ENTRIES, JointSearch
 from pack_planner.joint.solvers import cp_sat_installed, solve_joint
 
-#: How long our own search tries before CP-SAT does, seconds.
+#: How long our search over places tries before the others do, seconds.
 HEAD_START_S = 0.2
+#: How long the search bin by bin goes on at most, seconds.
+GROUPS_S = 1.5
+#: ... and of how many groups of boxes in one bin it may despair.
+MOST_HARD = 4
 #: Places that are listed in a bin for each second of the budget, where CP-SAT can take over.
 _ENTRIES_PER_S = 20_000
 
@@ -72,12 +77,34 @@ def _solve(problem: Problem, count: int, node_limit: float, deadline: float) -> 
         return search.run(int(min(node_limit, 1 << 40)), lambda: time.monotonic() > deadline)
     head_start = min(deadline, time.monotonic() + HEAD_START_S)
     ours = search.run(1 << 40, lambda: time.monotonic() > head_start)
-    left = deadline - time.monotonic()
-    if ours.proven or left <= 0:
+    for follow_up in (_by_groups, _by_cp_sat):
+        if not ours.proven and time.monotonic() < deadline:
+            ours = follow_up(problem, boxes, search, ours, deadline)
+    return ours
+
+
+def _by_groups(
+    problem: Problem, boxes: Sequence[Box], search: JointSearch, ours: JointResult, deadline: float
+) -> JointResult:
+    """What the search bin by bin makes of ``ours``, while it gets on."""
+    if ours.candidates is None:
         return ours
+    grouped = GroupedSearch(
+        problem.engine, boxes, problem.bins, problem.forbidden, ours.candidates, search.reach,
+        ours.lower_bound, cep=problem.cep,
+    )  # fmt: skip
+    last = min(deadline, time.monotonic() + GROUPS_S)
+    found = grouped.run(MOST_HARD, lambda: time.monotonic() > last)
+    return replace(found, nodes=ours.nodes + found.nodes)
+
+
+def _by_cp_sat(
+    problem: Problem, boxes: Sequence[Box], search: JointSearch, ours: JointResult, deadline: float
+) -> JointResult:
     theirs = solve_joint(
-        engine, boxes, problem.bins, problem.forbidden, ours.candidates, 'cp_sat', left,
-        cep=problem.cep, reach=search.reach, at_least=ours.lower_bound,
+        problem.engine, boxes, problem.bins, problem.forbidden, ours.candidates, 'cp_sat',
+        deadline - time.monotonic(), cep=problem.cep, reach=search.reach,
+        at_least=ours.lower_bound,
     )  # fmt: skip
     lower = min(max(ours.lower_bound, theirs.lower_bound), theirs.objective)
     return replace(theirs, lower_bound=lower, nodes=ours.nodes)
@@ -132,11 +159,18 @@ def _least(problem: Problem, candidates: Sequence[Candidate]) -> Candidate:
 
 
 def warm_up(engine: Engine) -> None:
-    """Compile the search, or load it, so that no decision has to."""
+    """Compile the searches, or load them, so that no decision has to."""
     boxes = [Box(f'warm-up {i}', (200.0, 160.0, 80.0 + 20 * i)) for i in range(3)]
     spec = BinSpec('warm-up', (400, 300, 300))
     bins = [engine.model(Bin(f'warm-up {i}', i, spec)) for i in range(2)]
-    search = JointSearch(engine, boxes, bins, nothing_forbidden)
+    # a poor start, all in the last bin, so that each search has something to find
+    alone = greedy(Problem(engine, tuple(boxes), (bins[-1],)), boxes)
+    assert alone is not None
+    last = len(bins) - 1
+    start = [Candidate(one.placed, last, engine.objective(one.placed, last)) for one in alone]
+    search = JointSearch(engine, boxes, bins, nothing_forbidden, start)
     search.run(50, lambda: False)
+    grouped = GroupedSearch(engine, boxes, bins, nothing_forbidden, start, search.reach, 0.0)
+    grouped.run(MOST_HARD, lambda: False)
     if cp_sat_installed():
         solve_joint(engine, boxes, bins, nothing_forbidden, None, 'cp_sat', 1.0, reach=search.reach)
