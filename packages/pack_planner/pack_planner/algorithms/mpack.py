@@ -20,7 +20,7 @@ from pack_planner.joint.solve import MOST_ENTRIES, JointSearch
 from pack_planner.joint.solvers import cp_sat_installed, solve_joint
 
 #: How long our search over places tries before the others do, seconds.
-HEAD_START_S = 0.2
+HEAD_START_S = 0.1
 #: How long the search bin by bin goes on at most, seconds.
 GROUPS_S = 1.5
 #: ... and of how many groups of boxes in one bin it may despair.
@@ -39,9 +39,10 @@ def mpack(problem: Problem) -> Choice | None:
     The joint solution starts from that of MPackLite on the same boxes and so is never worse. When
     the budget ends first, the best one found is used and the status says so.
 
-    Backend `search`: our own proves most decisions in a few hundredths of a second; what is left
-    after :data:`HEAD_START_S` goes to CP-SAT, where OR-Tools is installed. A limit of nodes keeps
-    to our own, since it alone counts them.
+    Backend `search`: a search over places proves most decisions in a few hundredths of a second.
+    What is left after :data:`HEAD_START_S` goes to a search bin by bin, as long as that gets on,
+    and then to CP-SAT, where OR-Tools is installed; each starts from what the one before found and
+    proved. A limit of nodes keeps to the first, since it alone counts them.
     """
     deadline = time.monotonic() + problem.budget_s
     nodes_left = math.inf if problem.node_limit is None else problem.node_limit
