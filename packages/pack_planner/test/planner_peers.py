@@ -51,6 +51,11 @@ class Mailbox:
             self.items.append(item)
             self._changed.notify_all()
 
+    def has(self, wanted, timeout):
+        """Whether an item that is ``wanted`` is there within ``timeout`` seconds."""
+        with self._changed:
+            return self._changed.wait_for(lambda: any(map(wanted, self.items)), timeout)
+
     def wait(self, count, timeout=TIMEOUT_S):
         """The item number ``count``, from 1."""
         with self._changed:
