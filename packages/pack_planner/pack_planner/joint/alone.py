@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from pack_planner.engine.support import cell_rests, well_supported
 from pack_planner.joint.bounds import NEVER, landings
+from pack_planner.joint.domains import stands_alone
 
 
 @njit(cache=True, nogil=True)
@@ -19,7 +19,7 @@ def weak_places(  # type: ignore[no-untyped-def]
     mass, least share of support); ``shapes`` as in :func:`.bounds.landings`; ``centres`` of mass
     for each shape; ``forces``: weight of each box, newtons.
     """
-    step, tolerance, com_margin, min_share = rule
+    step = rule[0]
     base = landings(bin_size, height, step, shapes)
     for s in range(len(shapes)):
         which, _, dx, dy, dz = shapes[s]
@@ -30,15 +30,9 @@ def weak_places(  # type: ignore[no-untyped-def]
                 if z == 0 or z >= NEVER:
                     continue
                 x, y = i * step, j * step
-                resting = 0
-                for corner in range(4):
-                    cx = x if corner % 2 == 0 else x + dx - step
-                    cy = y if corner < 2 else y + dy - step
-                    guess = owner[cx // step, cy // step]
-                    resting += int(cell_rests(boxes, guess, cx, cy, step, z, tolerance))
-                if resting < min_vertices or not well_supported(
-                    boxes, (x, y, x, y), (dx, dy, dz), z, tolerance, centres[s], com_margin,
-                    min_share, forces[which], slack, passed_on,
+                if not stands_alone(
+                    boxes, height, owner, slack, passed_on, rule, min_vertices, x, y, z,
+                    (dx, dy, dz), centres[s], forces[which],
                 ):  # fmt: skip
                     base[s, i, j] = z
     return base

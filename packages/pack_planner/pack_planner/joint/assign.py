@@ -11,10 +11,8 @@ import numpy as np
 from numba import njit
 
 from pack_planner.joint.bounds import NEVER
+from pack_planner.joint.branching import EPS, HUGE
 from pack_planner.joint.relations import matched
-
-_HUGE = 1e18
-_EPS = 1e-6
 
 
 @njit(cache=True, nogil=True)
@@ -23,7 +21,7 @@ def extent(low, w1, w2, flat, cap, area):  # type: ignore[no-untyped-def]
 
     ``area`` becomes what bounds all such places: least and most x, y (cells) and base.
     """
-    best = _HUGE
+    best = HUGE
     area[0], area[2], area[4] = NEVER, NEVER, NEVER
     area[1], area[3], area[5] = -1, -1, -1
     for x in range(low.shape[0]):
@@ -119,7 +117,7 @@ def assignments(starts, costs, extra, rank, twin, upper, most):  # type: ignore[
     count = len(starts) - 1
     rest = np.zeros(count + 1)
     for i in range(count - 1, -1, -1):
-        least = _HUGE
+        least = HUGE
         for o in range(starts[i], starts[i + 1]):
             least = min(least, costs[o])
         rest[i] = rest[i + 1] + least
@@ -139,14 +137,14 @@ def assignments(starts, costs, extra, rank, twin, upper, most):  # type: ignore[
         total = rest[depth + 1]
         for i in range(depth + 1):
             total += costs[pick[i]]
-        good = total < upper - _EPS
+        good = total < upper - EPS
         if twin[depth] >= 0 and rank[pick[twin[depth]]] > rank[o]:
             good = False
         if good:
             for i in range(depth):
                 pays[i, depth] = pays[depth, i] = extra[pick[i], o]
-                good = good and extra[pick[i], o] < _HUGE
-            good = good and total + matched(depth + 1, pays) < upper - _EPS
+                good = good and extra[pick[i], o] < HUGE
+            good = good and total + matched(depth + 1, pays) < upper - EPS
         if not good:
             at[depth] += 1
         elif depth < count - 1:
@@ -192,7 +190,7 @@ def next_open(parts, bounds, first, upper):  # type: ignore[no-untyped-def]
         total = 0.0
         for g in parts[a]:
             total += bounds[g]
-        if total < upper - _EPS:
+        if total < upper - EPS:
             return a
     return -1
 

@@ -48,7 +48,7 @@ def paint(boxes, cells_x, cells_y, step):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _stands(  # type: ignore[no-untyped-def]
+def stands_alone(  # type: ignore[no-untyped-def]
     boxes, height, owner, slack, passed_on, rule, min_vertices, x, y, z, size, centre, force
 ):
     """Whether a box stands at (x, y, z) on the placed boxes; z is the highest top under it."""
@@ -138,7 +138,7 @@ def alone_entries(  # type: ignore[no-untyped-def]
                 cost = base + weights[1] * z
                 if cost > cap or z + dz > bin_size[2]:
                     continue
-                if not _stands(
+                if not stands_alone(
                     boxes, height, owner, slack, passed_on, rule, min_vertices, x, y, z,
                     (dx, dy, dz), centres[s], forces[which],
                 ):  # fmt: skip

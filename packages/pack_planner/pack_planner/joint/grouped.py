@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -35,7 +35,9 @@ from pack_planner.joint.assign import (
 from pack_planner.joint.bounds import NEVER, Reach
 from pack_planner.joint.domains import paint
 from pack_planner.joint.groups import Group, Ints, empty_nodes, levels_of
+from pack_planner.joint.narrowing import alike
 from pack_planner.joint.solution import JointResult, all_touch, joint_violations
+from pack_planner.joint.solve import turns_of
 
 #: Assignments that are listed at most; where there are more, nothing is searched.
 _MOST_ASSIGNMENTS = 200_000
@@ -67,6 +69,10 @@ class GroupedSearch:
         self._reach, self._cep = reach, cep
         self._upper = 10.0 * sum(one.objective for one in known)
         self._lower = 10.0 * at_least
+        # for each box the last one before it that differs in nothing but its id, -1 for none
+        self._twins = np.full(len(boxes), -1, np.int64)
+        for i, k in alike(boxes, bins, forbidden):
+            self._twins[k] = i
         self._zones = [[forbidden(box, model.source) for model in bins] for box in boxes]
         self._tops = [np.unique(one.height).astype(np.int64) for one in reach.grounds]
         self._weak: dict[int, NDArray[np.int32]] = {}
@@ -131,9 +137,7 @@ class GroupedSearch:
             return
         kinds = sorted({(option.bin_index, option.size) for option in self._kept})
         rank = np.array([kinds.index((o.bin_index, o.size)) for o in self._kept], np.int64)
-        picks = assignments(
-            starts, costs, extra, rank, self._twins(), self._upper, _MOST_ASSIGNMENTS
-        )
+        picks = assignments(starts, costs, extra, rank, self._twins, self._upper, _MOST_ASSIGNMENTS)
         if len(picks) <= _MOST_ASSIGNMENTS:
             self._gather(picks, costs, extra)
 
@@ -168,15 +172,6 @@ class GroupedSearch:
                         both = pairs[np.ix_(options[a].shapes, options[b].shapes)].min()
                         extra[a, b] = max(0.0, both - costs[a] - costs[b])
         return costs, extra
-
-    def _twins(self) -> Ints:
-        """For each box the last one before it that differs in nothing but its id, -1 for none."""
-        found = np.full(len(self._boxes), -1, np.int64)
-        for i, one in enumerate(self._boxes):
-            for k in range(i):
-                if replace(self._boxes[k], id=one.id) == one and self._zones[i] == self._zones[k]:
-                    found[i] = k
-        return found
 
     def _gather(self, picks: Ints, costs: NDArray[np.float64], extra: NDArray[np.float64]) -> None:
         """The groups of all assignments; each assignment as the numbers of its groups."""
@@ -302,17 +297,15 @@ class GroupedSearch:
         if margin == -math.inf and share <= 0.0 and len(model.slack) == 0:
             return np.zeros((0, 1, 1), np.int32)
         if j not in self._weak:
-            axes = [['xyz'.index(axis) for axis in name] for name in ORIENTATIONS]
-            centres = [
-                [self._boxes[i].com_offset_mm[axes[number][0]],
-                 self._boxes[i].com_offset_mm[axes[number][1]]]
-                for i, number in ground.shapes[:, :2].tolist()
-            ]  # fmt: skip
+            centres = np.zeros((len(self._boxes), len(ORIENTATIONS), 2))
+            for i, box in enumerate(self._boxes):
+                turns = turns_of(box, self._engine)
+                centres[i, turns.numbers] = turns.centres
             height, owner = paint(model.boxes, *ground.height.shape, step)
             self._weak[j] = weak_places(
                 ground.size, model.boxes, height, owner, model.slack, model.passed_on,
                 (step, profile.support_tolerance_mm, margin, share), profile.min_vertices,
-                ground.shapes, np.array(centres, np.float64).reshape(-1, 2),
+                ground.shapes, centres[ground.shapes[:, 0], ground.shapes[:, 1]],
                 np.array([box.weight_kg * GRAVITY for box in self._boxes]),
             )  # fmt: skip
         return self._weak[j]
@@ -364,9 +357,9 @@ class GroupedSearch:
 
     def _take(self, parts: Ints) -> None:
         """Keep an assignment whose groups all have an arrangement, if it is better."""
-        groups = [(g, self._group(g)) for g in self._by_size(parts)]
-        if sum(group.cost for _, group in groups) >= self._upper - _EPS:
+        groups = [(g, self._groups.get(g)) for g in self._by_size(parts)]
+        if sum(group.cost if group else math.inf for _, group in groups) >= self._upper - _EPS:
             return
-        found = [one for g, group in groups for one in self._candidates(g, group.places)]
+        found = [one for g, group in groups if group for one in self._candidates(g, group.places)]
         self._best = tuple(sorted(found, key=lambda one: one.placed.corner_mm[2]))
         self._upper = 10.0 * sum(one.objective for one in self._best)

@@ -9,9 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-#: Height of a base that is not to be had.
-NEVER = 1 << 28
-_HUGE = 1e18
+from pack_planner.joint.bounds import NEVER
+from pack_planner.joint.branching import EITHER, HUGE, NOTHING, ON, PLACED
 
 
 @njit(cache=True, nogil=True)
@@ -23,25 +22,25 @@ def _corners_held(i, t, x, y, z, problem, node):  # type: ignore[no-untyped-def]
     held = 0
     for c in range(4):
         what = corner[i, c]
-        if what == 2:
+        if what == NOTHING:
             continue
         a = x if c % 2 == 0 else x + sizes[i, t, 0] - 1
         b = y if c < 2 else y + sizes[i, t, 1] - 1
-        if what < 2 and height[a, b] > 0 and height[a, b] >= z - tolerance:
+        if what < NOTHING and height[a, b] > 0 and height[a, b] >= z - tolerance:
             held += 1
             continue
-        if what == 1:
+        if what == PLACED:
             return False
         good = False
         for k in range(len(sizes)):
-            if k == i or not may[i, k] or (what >= 3 and what - 3 != k):
+            if k == i or not may[i, k] or (what >= ON and what - ON != k):
                 continue
             dz = sizes[k, 0, 2]
             if z < lo[k, 2] + dz or z > hi[k, 2] + dz + tolerance:
                 continue
             if a < lo[k, 0] or b < lo[k, 1]:
                 continue
-            if turn[k] == 2:
+            if turn[k] == EITHER:
                 wide = max(sizes[k, 0, 0], sizes[k, 1, 0])
                 deep = max(sizes[k, 0, 1], sizes[k, 1, 1])
             else:
@@ -51,7 +50,7 @@ def _corners_held(i, t, x, y, z, problem, node):  # type: ignore[no-untyped-def]
                 break
         if good:
             held += 1
-        elif what >= 3:
+        elif what >= ON:
             return False
     return held >= needed
 
@@ -70,7 +69,7 @@ def _helped(i, t, x, y, z, problem, node):  # type: ignore[no-untyped-def]
             continue
         for other in range(2):
             if (
-                turn[k] in (2, other)
+                turn[k] in (EITHER, other)
                 and lo[k, 0] < x + sizes[i, t, 0]
                 and lo[k, 1] < y + sizes[i, t, 1]
                 and x < hi[k, 0] + sizes[k, other, 0]
@@ -139,13 +138,13 @@ def scan(i, problem, node, cap, found, area):  # type: ignore[no-untyped-def]
     x1, y1, z1 = node[1][i]
     touch, beside = node[10][i], problem[7][i]
     least = node[11][i]
-    best = _HUGE
+    best = HUGE
     area[0], area[2], area[4] = NEVER, NEVER, NEVER
     area[1], area[3], area[5] = -1, -1, -1
     possible = 0
     for t in range(turns):
-        least[t] = _HUGE
-        if turn[i] != 2 and turn[i] != t:
+        least[t] = HUGE
+        if turn[i] != EITHER and turn[i] != t:
             continue
         some = False
         for x in range(x0, x1 + 1):
@@ -182,7 +181,7 @@ def scan(i, problem, node, cap, found, area):  # type: ignore[no-untyped-def]
             possible += 1 + t
     if w2 <= 0:
         area[5] = z1
-    if turn[i] == 2 and 0 < possible < 3:
+    if turn[i] == EITHER and 0 < possible < 3:
         turn[i] = possible - 1
     return best
 

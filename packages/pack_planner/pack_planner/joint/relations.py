@@ -78,9 +78,8 @@ def matched(count, extra):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _follow(lo, hi, apart, levels):  # type: ignore[no-untyped-def]
-    """Narrow ranges by the relations; 0 if one is empty, 1 if nothing changed, else 2."""
+    """Narrow ranges by the relations; False if one is empty."""
     count = len(lo)
-    changed = 1
     for _ in range(count + 2):
         again = False
         for axis in range(3):
@@ -98,17 +97,16 @@ def _follow(lo, hi, apart, levels):  # type: ignore[no-untyped-def]
         for i in range(count):
             for axis in range(3):
                 if lo[i, axis] > hi[i, axis]:
-                    return 0
+                    return False
             level = levels[i, lo[i, 2]]
             if level > lo[i, 2]:
                 lo[i, 2] = level
                 again = True
                 if level > hi[i, 2]:
-                    return 0
+                    return False
         if not again:
-            return changed
-        changed = 2
-    return 0  # relations that chase each other
+            return True
+    return False  # relations that chase each other
 
 
 @njit(cache=True, nogil=True)
@@ -124,8 +122,7 @@ def _settle(problem, node, upper):  # type: ignore[no-untyped-def]
     narrowed = False
     for _ in range(40):
         low, high = lo.copy(), hi.copy()
-        what = _follow(lo, hi, node[2], problem[5])
-        if what == 0:
+        if not _follow(lo, hi, node[2], problem[5]):
             return False
         some = narrowed
         for i in range(count):
@@ -241,7 +238,7 @@ def search(problem, nodes, counters, upper, budget, rejected):  # type: ignore[n
 
     Parameters
     ----------
-    problem : see :func:`pack_planner.joint.groups.problem_of`.
+    problem : see :class:`pack_planner.joint.groups.Group`.
     nodes : arrays of the nodes, see :func:`pack_planner.joint.groups.empty_nodes`; the open ones
         are a stack, the last row is the node that is looked at.
     counters : [open nodes, nodes taken].
