@@ -12,19 +12,19 @@ from joint_cases import Oracle, tiny_problem
 from planner_cases import coarse
 
 from pack_planner.algorithms.incumbent import best_incumbent, greedy
+from pack_planner.algorithms.mpack import warm_up
 from pack_planner.engine import Engine, Weights, Zone
 from pack_planner.engine.engine import REFUSED_RADIUS_MM
-from pack_planner.joint.assign import pair_costs
+from pack_planner.joint.assign import assignments, pair_costs
 from pack_planner.joint.grouped import GroupedSearch
-from pack_planner.joint.relations import matched
+from pack_planner.joint.relations import matched, matched_wholes, search
 from pack_planner.joint.solution import all_touch, joint_violations
 from pack_planner.joint.solve import JointSearch
 
 ENGINES = {name: Engine(coarse(name, 50)) for name in ('paper', 'cell')}
-ENDLESS = 1 << 60
 
 
-def grouped(problem, start, most_hard=ENDLESS, out_of_time=lambda: False):
+def grouped(problem, start, out_of_time=lambda: False):
     joint = JointSearch(
         problem.engine, problem.boxes, problem.bins, problem.forbidden, start, cep=problem.cep
     )
@@ -32,7 +32,7 @@ def grouped(problem, start, most_hard=ENDLESS, out_of_time=lambda: False):
         problem.engine, problem.boxes, problem.bins, problem.forbidden, start, joint.reach, 0.0,
         cep=problem.cep,
     )  # fmt: skip
-    return search.run(most_hard, out_of_time)
+    return search.run(out_of_time)
 
 
 def poor_start(problem):
@@ -122,6 +122,17 @@ def test_a_refused_position_is_in_no_solution():
     assert found.objective == pytest.approx(wanted.run(10**6, lambda: False).objective)
 
 
+def test_nothing_is_compiled_after_the_warm_up():
+    warm_up(ENGINES['paper'])
+    before = len(search.signatures)
+    for name, engine in ENGINES.items():
+        for seed in range(4):
+            problem = tiny_problem(engine, seed, 3)
+            start = poor_start(problem)
+            assert start is None or grouped(problem, start).proven, name
+    assert len(search.signatures) == before == 1
+
+
 def test_a_search_cut_short_keeps_its_start_and_a_bound_that_holds():
     cut = 0
     for seed in range(20):
@@ -132,7 +143,7 @@ def test_a_search_cut_short_keeps_its_start_and_a_bound_that_holds():
         best = grouped(problem, start)
         looks = iter([False, *[True] * 10**6])
         for short in (
-            grouped(problem, start, most_hard=0),
+            grouped(problem, start, out_of_time=lambda: True),
             grouped(problem, start, out_of_time=lambda looks=looks: next(looks)),
         ):
             assert short.lower_bound <= best.objective + 1e-6 <= short.objective + 2e-6
@@ -141,14 +152,42 @@ def test_a_search_cut_short_keeps_its_start_and_a_bound_that_holds():
     assert cut > 3
 
 
+def free_rows(count, cells):
+    """Rows whose boxes can be at every cell."""
+    return np.zeros((count, cells), np.int16)
+
+
 def test_two_boxes_that_both_want_a_corner_pay_for_the_lesser_step_aside():
-    low = np.zeros((2, 40, 40), np.int32)
-    shapes = np.array([[10, 20, 300], [15, 8, 300]])
-    areas = np.array([[0, 30, 0, 20, 0, 0], [0, 25, 0, 32, 0, 0]])
-    costs = pair_costs(
-        low, shapes, areas, np.zeros(2), np.array([0, 1]), (10.0, 1.0), np.full((2, 2), 1e6)
-    )
+    rows, cells = np.array([[0, 0], [1, 1]]), 40
+    sizes, box = np.array([[10, 20], [15, 8]]), np.array([0, 1])
+    free, zeros, limits = free_rows(2, cells), np.zeros(2), np.full((2, 2), 1e6)
+    side_by_side = np.array([[0, 300], [100, 400]])
+    costs = pair_costs(rows, free, free, sizes, side_by_side, box, zeros, zeros, 10.0, limits)
     assert costs[0, 1] == costs[1, 0] == 80.0  # the first one 8 cells behind the second
+    stacked = np.array([[0, 300], [300, 600]])
+    costs = pair_costs(rows, free, free, sizes, stacked, box, zeros, zeros, 10.0, limits)
+    assert costs[0, 1] == 0.0
+
+
+def listed(costs, leans, holds, upper):
+    """Assignments of options, as many for each of the boxes, that cost less than ``upper``."""
+    count, each = len(costs), len(costs[0])
+    extra = np.zeros((count * each, count * each))
+    starts = np.arange(0, count * each + 1, each)
+    picks = assignments(
+        starts, np.array(costs, float).ravel(), extra, np.arange(count * each),
+        np.full(count, -1), np.array(leans, bool), holds, upper, 100, 10**6,
+    )  # fmt: skip
+    return {tuple(pick) for pick in picks.tolist()}
+
+
+def test_an_option_that_leans_is_only_had_with_one_that_holds_it_up_and_its_price():
+    holds = np.zeros((4, 4), bool)
+    holds[1, 3] = True  # option 1 of the first box leans on option 3 of the second
+    costs, leans = [[10, 12], [10, 17]], [False, True, False, False]
+    assert listed(costs, leans, holds, 100.0) == {(0, 2), (0, 3), (1, 3)}
+    assert listed(costs, leans, holds, 29.0) == {(0, 2), (0, 3)}
+    assert listed(costs, leans, np.zeros((4, 4), bool), 100.0) == {(0, 2), (0, 3)}
 
 
 def test_pairs_that_share_no_box_add_up_and_triples_count_half():
@@ -158,3 +197,14 @@ def test_pairs_that_share_no_box_add_up_and_triples_count_half():
     assert matched(2, extra[:2, :2].copy()) == 6.0
     assert matched(3, extra[:3, :3].copy()) == 10.0  # half of 6 + 7 + 7
     assert matched(4, extra) == 10.0
+
+
+def test_a_box_pays_for_what_rests_on_it_and_no_box_pays_twice():
+    extra = np.zeros((3, 3))
+    extra[0, 1] = extra[1, 0] = 6.0
+    extra[1, 2] = extra[2, 1] = 5.0
+    assert matched_wholes(3, extra, np.array([0b001, 0b010, 0b100])) == 6.0
+    # the third box rests on the second: no pair of these is left for it
+    assert matched_wholes(3, extra, np.array([0b001, 0b110, 0b100])) == 6.0
+    # ... and none is possible that would need it twice
+    assert matched_wholes(3, extra, np.array([0b101, 0b110, 0b100])) == 0.0

@@ -22,9 +22,7 @@ from pack_planner.joint.solvers import cp_sat_installed, solve_joint
 #: How long our search over places tries before the others do, seconds.
 HEAD_START_S = 0.1
 #: How long the search bin by bin goes on at most, seconds.
-GROUPS_S = 1.5
-#: ... and of how many groups of boxes in one bin it may despair.
-MOST_HARD = 4
+GROUPS_S = 4.0
 #: Places that are listed in a bin for each second of the budget, where CP-SAT can take over.
 _ENTRIES_PER_S = 20_000
 
@@ -95,7 +93,7 @@ def _by_groups(
         ours.lower_bound, cep=problem.cep,
     )  # fmt: skip
     last = min(deadline, time.monotonic() + GROUPS_S)
-    found = grouped.run(MOST_HARD, lambda: time.monotonic() > last)
+    found = grouped.run(lambda: time.monotonic() > last)
     return replace(found, nodes=ours.nodes + found.nodes)
 
 
@@ -172,6 +170,6 @@ def warm_up(engine: Engine) -> None:
     search = JointSearch(engine, boxes, bins, nothing_forbidden, start)
     search.run(50, lambda: False)
     grouped = GroupedSearch(engine, boxes, bins, nothing_forbidden, start, search.reach, 0.0)
-    grouped.run(MOST_HARD, lambda: False)
+    grouped.run(lambda: False)
     if cp_sat_installed():
         solve_joint(engine, boxes, bins, nothing_forbidden, None, 'cp_sat', 1.0, reach=search.reach)

@@ -1,4 +1,4 @@
-"""One group: boxes with given faces up in one bin, made ready for :mod:`.relations`."""
+"""One group: boxes with given faces up and bases in one bin, made ready for :mod:`.relations`."""
 
 from __future__ import annotations
 
@@ -10,120 +10,174 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from pack_planner.joint.bounds import NEVER
-from pack_planner.joint.branching import EITHER, NONE
-from pack_planner.joint.relations import FULL, PAUSED, SOLUTION, search
+from pack_planner.joint.branching import EITHER, NONE, relate
+from pack_planner.joint.places import FAR
+from pack_planner.joint.relations import DONE, FULL, SOLUTION, search
 
 #: Rows of the stack of nodes; a search that needs more gives up.
 _ROOM = 4096
 #: Nodes between looks at the clock.
 _CHUNK = 100
+#: Corners on one box that put the whole base on it.
+_WHOLE_BASE = 3
 
 Ints = NDArray[np.int64]
+Nodes = tuple[NDArray[Any], ...]
 
 
 @njit(cache=True, nogil=True)
-def levels_of(tops, heights, highest):  # type: ignore[no-untyped-def]
-    """The least base that each box can have at or above each height, (boxes, highest + 2).
+def problem_of(own, options, row_sizes, row_range, after, beside, ground, w1, contact):  # type: ignore[no-untyped-def]
+    """What :func:`.relations.search` wants to know about the options ``own`` of a bin.
 
-    A base is the floor, a placed top, or the top of another box.
+    Parameters
+    ----------
+    options : (rows, base and top, what it costs besides w1 (x + y), whether it leans, whether a
+        placed top is level with its base, which other option may hold it up) of all options.
+    row_sizes, row_range : x and y sizes of each row, its least and most x and y, cells.
+    after, beside : places of each row as from :func:`.places.next_places`; where it is beside a
+        wall or placed box, (rows, axes, cells).
+    ground : (height map, (tolerance, corners needed)).
+
+    Returns
+    -------
+    problem : next places of all rows; rows (boxes, turns); sizes (boxes, turns, axes), cells;
+        number of turns; costs besides w1 (x + y); who leans; who may lie under whom
+        [upper, lower]; where rows are beside something; height map; (tolerance, corners needed);
+        w1; bases; who overlaps in height; whether contact is asked for; who rests wholly on each
+        box, itself included, as bits; whose corners have to be looked at.
+    root : first ranges, least and most, (boxes, 2); relations that always hold, (axes, boxes,
+        boxes).
     """
-    count = len(heights)
-    found = np.full((count, highest + 2), NEVER, np.int32)
+    rows, span, flat, leans, level, holds = options
+    count = len(own)
+    sizes = np.empty((count, 2, 2), np.int64)
+    turns = np.ones(count, np.int64)
+    low, high = np.empty((count, 2), np.int64), np.empty((count, 2), np.int64)
+    apart = np.full((2, count, count), NONE, np.int64)
+    under = np.zeros((count, count), np.bool_)
+    meets = np.zeros((count, count), np.bool_)
+    wholly = np.left_shift(1, np.arange(count))
+    doubtful = leans[own]
+    base = np.empty(count, np.int64)  # a slice of one row is of another type than one of two
     for i in range(count):
-        can = np.zeros(highest + 1, np.bool_)
-        can[0] = True
-        for top in tops:
-            if top <= highest:
-                can[top] = True
+        o = own[i]
+        first, last = rows[o]
+        turns[i] += int(first != last)
+        base[i] = span[o, 0]
+        for axis in range(2):
+            sizes[i, 0, axis], sizes[i, 1, axis] = row_sizes[first, axis], row_sizes[last, axis]
+            low[i, axis] = min(row_range[first, axis, 0], row_range[last, axis, 0])
+            high[i, axis] = max(row_range[first, axis, 1], row_range[last, axis, 1])
         for k in range(count):
-            if k == i:
-                continue
-            for z in range(highest, heights[k] - 1, -1):
-                if can[z - heights[k]]:
-                    can[z] = True
-        following = NEVER
-        for z in range(highest, -1, -1):
-            if can[z]:
-                following = z
-            found[i, z] = following
-    return found
+            under[i, k] = holds[o, own[k]]
+            meets[i, k] = span[o, 0] < span[own[k], 1] and span[own[k], 0] < span[o, 1]
+    for i in range(count):
+        if not leans[own[i]] or level[own[i]] or ground[1][1] < _WHOLE_BASE or under[i].sum() != 1:
+            continue
+        holder = np.argmax(under[i])
+        doubtful[i] = False
+        for axis in range(2):
+            relate(apart, axis, i, holder, 0)
+            gap = sizes[i, :, axis].min() - sizes[holder, :, axis].max()
+            relate(apart, axis, holder, i, gap)
+    for _ in range(count):
+        for i in range(count):
+            for k in range(count):
+                if apart[0, i, k] == 0:
+                    wholly[k] |= wholly[i]
+    problem = (
+        after, rows[own], sizes, turns, flat[own], leans[own], under, beside, ground[0], ground[1],
+        w1, base, meets, contact, wholly, doubtful,
+    )  # fmt: skip
+    return problem, (low, high, apart)
 
 
-def empty_nodes(count: int) -> tuple[NDArray[Any], ...]:
+def empty_nodes(count: int) -> Nodes:
     """Arrays of the nodes of a search with ``count`` boxes, for :func:`.relations.search`.
 
-    Least and most x, y, z of each box (cells, cells, millimetres); distances that relations ask
-    for, by axis; pairs that are kept apart; which box may lie under which; states of the corners;
-    turn, 2 for either; least cost and cheapest place (x, y, z, turn); bound; what a box touches
-    along x and y: 0 not decided, 1 a wall or a placed box, 2 another box; least cost by turn;
-    whose place must be found anew.
+    Least and most x, y of each box (cells); distances that relations ask for, by axis; pairs that
+    are kept apart; states of the corners; turn, 2 for either; least cost and cheapest place
+    (x, y, turn); bound; what a box touches along x and y: 0 not decided, 1 a wall or a placed box,
+    2 another box; least cost by turn; whose place must be found anew.
     """
     n = _ROOM
     return (
-        np.zeros((n, count, 3), np.int64), np.zeros((n, count, 3), np.int64),
-        np.zeros((n, 3, count, count), np.int64), np.zeros((n, count, count), np.bool_),
-        np.zeros((n, count, count), np.bool_), np.zeros((n, count, 4), np.int8),
-        np.zeros((n, count), np.int8), np.zeros((n, count)), np.zeros((n, count, 4), np.int64),
-        np.zeros((n, 1)), np.zeros((n, count, 2), np.int8),
+        np.zeros((n, count, 2), np.int64), np.zeros((n, count, 2), np.int64),
+        np.zeros((n, 2, count, count), np.int64), np.zeros((n, count, count), np.bool_),
+        np.zeros((n, count, 4), np.int8), np.zeros((n, count), np.int8), np.zeros((n, count)),
+        np.zeros((n, count, 3), np.int64), np.zeros((n, 1)), np.zeros((n, count, 2), np.int8),
         np.zeros((n, count, 2)), np.zeros((n, count), np.bool_),
     )  # fmt: skip
 
 
+@njit(cache=True, nogil=True)
+def _begin(problem, root, bound, nodes):  # type: ignore[no-untyped-def]
+    """Put the whole group on the stack."""
+    low, high, apart = root
+    nodes[0][0], nodes[1][0], nodes[2][0], nodes[3][0], nodes[4][0] = low, high, apart, False, 0
+    for i in range(len(low)):
+        nodes[5][0, i] = EITHER if problem[3][i] > 1 else 0
+    nodes[6][0], nodes[8][0], nodes[11][0] = 0.0, bound, True
+    nodes[9][0] = 1 if len(low) == 1 and problem[13] else 0
+
+
 @dataclass
 class Group:
-    """Boxes with given faces up in one bin.
+    """Boxes with given faces up and bases in one bin.
 
     Attributes
     ----------
-    problem : arrays for :func:`.relations.search`: bases (boxes, turns, cells, cells), cost
-        besides that of position and base, sizes (boxes, turns, 3), turns, height map, levels,
-        refused positions, places beside a wall or placed box, whether contact is asked for,
-        (tolerance, corners needed), weights, (radius of refusal, resolution), weak places.
-    low, high : first ranges, (boxes, 3).
+    problem, root : see :func:`problem_of`.
     bound : nothing in this group costs less.
     cost : of the best arrangement found, infinite without.
-    places : that arrangement, rows (x, y, z, turn).
+    places : that arrangement, rows (x, y, turn).
     """
 
     problem: tuple[Any, ...]
-    low: Ints
-    high: Ints
+    root: tuple[Any, ...]
     bound: float
     cost: float = np.inf
-    places: Ints = field(default_factory=lambda: np.zeros((0, 4), np.int64))
+    places: Ints = field(default_factory=lambda: np.zeros((0, 3), np.int64))
 
     def improve(
-        self, upper: float, node_limit: int, valid: Callable[[Ints], bool],
-        out_of_time: Callable[[], bool], nodes: tuple[NDArray[Any], ...],
+        self, upper: float, valid: Callable[[Ints], bool], out_of_time: Callable[[], bool],
+        nodes: Nodes,
     ) -> int:  # fmt: skip
         """Search for less than ``upper``; returns the nodes taken. Raises ``bound`` by what it saw.
 
         ``valid`` says whether places keep the rules that the search does not know.
         """
-        count = len(self.low)
-        lo, hi, apart, known, may, corner, turn, cost, _, bound, touch, _, stale = nodes
-        lo[0], hi[0], apart[0], known[0], may[0], corner[0] = self.low, self.high, NONE, 0, 1, 0
-        turn[0] = np.where(self.problem[3] > 1, EITHER, 0)
-        cost[0], bound[0], stale[0] = 0.0, self.bound, True
-        touch[0] = 1 if count == 1 and self.problem[8] else 0
+        _begin(self.problem, self.root, self.bound, nodes)
         counters = np.array([1, 0], np.int64)
         best, rejected = upper, False
         while True:
-            left = min(_CHUNK, node_limit - int(counters[1]))
-            why = search(self.problem, nodes, counters, best, left, rejected)
+            why = search(self.problem, nodes, counters, best, _CHUNK, rejected)
             rejected = False
             if why == SOLUTION:
-                places = nodes[8][-1].copy()
+                places = nodes[7][-1].copy()
                 if valid(places):
-                    best = float(nodes[7][-1].sum())
+                    best = float(nodes[6][-1].sum())
                     self.cost, self.places = best, places
                 else:
                     rejected = True
-            elif why == FULL or (why == PAUSED and (counters[1] >= node_limit or out_of_time())):
-                open_bounds = bound[: counters[0], 0]
-                self.bound = max(self.bound, min(best, float(open_bounds.min(initial=best))))
-                return int(counters[1])
-            elif why != PAUSED:
+            if why == DONE:
                 self.bound = max(self.bound, best)
                 return int(counters[1])
+            if why == FULL or out_of_time():
+                open_bounds = nodes[8][: counters[0], 0]
+                least = float(open_bounds.min(initial=best))
+                if rejected:  # what is left of it is not on the stack
+                    least = min(least, float(nodes[8][-1, 0]))
+                self.bound = max(self.bound, min(best, least))
+                return int(counters[1])
+
+
+@njit(cache=True, nogil=True)
+def row_ranges(by_x, by_y):  # type: ignore[no-untyped-def]
+    """Least and most x and y of the places of each row, (rows, axes, 2)."""
+    found = np.empty((len(by_x), 2, 2), np.int64)
+    for r in range(len(by_x)):
+        xs, ys = np.flatnonzero(by_x[r] < FAR), np.flatnonzero(by_y[r] < FAR)
+        found[r, 0, 0], found[r, 0, 1] = xs[0], xs[-1]
+        found[r, 1, 0], found[r, 1, 1] = ys[0], ys[-1]
+    return found

@@ -1,7 +1,8 @@
 """Compiled: what a box costs at least within the ranges of a node, where its base can be held up.
 
-A base needs corners on placed boxes or on other boxes of the group, wherever their ranges let them
-be: optimistic, so that the least cost is a bound. Arrays as in :mod:`.relations`.
+A box that leans needs corners on placed boxes or on other boxes of the group, wherever their ranges
+let them be: optimistic, so that the least cost is a bound. Arrays as in :mod:`.relations`; inner
+functions take them one by one, since a tuple of them is copied, references and all, in each call.
 """
 
 from __future__ import annotations
@@ -14,173 +15,151 @@ from pack_planner.joint.branching import EITHER, HUGE, NOTHING, ON, PLACED
 
 
 @njit(cache=True, nogil=True)
-def _corners_held(i, t, x, y, z, problem, node):  # type: ignore[no-untyped-def]
-    """Whether enough corners of box ``i``, turned ``t``, can be held up at (x, y, z)."""
-    sizes, height = problem[2], problem[4]
-    tolerance, needed = problem[9]
-    lo, hi, may, corner, turn = node[0], node[1], node[4], node[5], node[6]
-    held = 0
+def _held(i, wide, deep, x, y, under, corner, lo, far, height, base, rule):  # type: ignore[no-untyped-def]
+    """Whether enough corners of box ``i`` can be held up at (x, y).
+
+    ``far`` is where each box ends at most, ``under`` which may lie under this one.
+    """
+    tolerance, needed = rule
+    held, helped = 0, False
     for c in range(4):
         what = corner[i, c]
         if what == NOTHING:
             continue
-        a = x if c % 2 == 0 else x + sizes[i, t, 0] - 1
-        b = y if c < 2 else y + sizes[i, t, 1] - 1
-        if what < NOTHING and height[a, b] > 0 and height[a, b] >= z - tolerance:
+        a = x if c % 2 == 0 else x + wide - 1
+        b = y if c < 2 else y + deep - 1
+        if what < NOTHING and height[a, b] > 0 and base - tolerance <= height[a, b] <= base:
             held += 1
             continue
         if what == PLACED:
             return False
         good = False
-        for k in range(len(sizes)):
-            if k == i or not may[i, k] or (what >= ON and what - ON != k):
-                continue
-            dz = sizes[k, 0, 2]
-            if z < lo[k, 2] + dz or z > hi[k, 2] + dz + tolerance:
-                continue
-            if a < lo[k, 0] or b < lo[k, 1]:
-                continue
-            if turn[k] == EITHER:
-                wide = max(sizes[k, 0, 0], sizes[k, 1, 0])
-                deep = max(sizes[k, 0, 1], sizes[k, 1, 1])
-            else:
-                wide, deep = sizes[k, turn[k], 0], sizes[k, turn[k], 1]
-            if a < hi[k, 0] + wide and b < hi[k, 1] + deep:
+        for k in range(len(lo)):
+            if (
+                under[k]
+                and (what < ON or what - ON == k)
+                and lo[k, 0] <= a < far[k, 0]
+                and lo[k, 1] <= b < far[k, 1]
+            ):
                 good = True
                 break
         if good:
             held += 1
+            helped = True
         elif what >= ON:
             return False
-    return held >= needed
+    if held < needed:
+        return False
+    for k in range(len(lo)):
+        helped = helped or (
+            under[k]
+            and lo[k, 0] < x + wide
+            and lo[k, 1] < y + deep
+            and x < far[k, 0]
+            and y < far[k, 1]
+        )
+    return helped
 
 
 @njit(cache=True, nogil=True)
-def _helped(i, t, x, y, z, problem, node):  # type: ignore[no-untyped-def]
-    """Whether some other box of the group may lie under box ``i`` at (x, y, z)."""
-    sizes = problem[2]
-    tolerance = problem[9][0]
-    lo, hi, may, turn = node[0], node[1], node[4], node[6]
-    for k in range(len(sizes)):
-        if k == i or not may[i, k]:
+def farthest(cap, flat, w1):  # type: ignore[no-untyped-def]
+    """The most that x + y can be at a cost below ``cap``."""
+    return np.int64(np.ceil((cap - flat) / w1)) - 1 if w1 > 0 else np.int64(NEVER)
+
+
+@njit(cache=True, nogil=True)
+def nearest(after, row, x0, x1, y0, y1, far, w1):  # type: ignore[no-untyped-def]
+    """The (x, y) of least x + y in a window, at most ``far``, in a row of ``after``.
+
+    (-1, -1) for none; any of them where position costs nothing.
+    """
+    best = (-1, -1)
+    for x in range(x0, x1 + 1):
+        last = min(y1, far - x)
+        if last < y0:
+            break
+        y = np.int64(after[row, y0, x])
+        if y <= last:
+            best = (x, y)
+            if w1 <= 0:
+                break
+            far = x + y - 1
+    return best
+
+
+@njit(cache=True, nogil=True)
+def _nearest_held(i, t, problem, node, window, far):  # type: ignore[no-untyped-def]
+    """:func:`nearest` among the places where box ``i`` can be held up and touches something."""
+    after, row, sizes, beside = problem[0], problem[1][i, t], problem[2], problem[7]
+    under, height, rule, base = problem[6][i], problem[8], problem[9], problem[11][i]
+    doubtful, w1 = problem[15][i], problem[10]
+    lo, hi, corner, turn = node[0], node[1], node[4], node[5]
+    along_x, along_y = node[9][i, 0] == 1, node[9][i, 1] == 1
+    wide, deep = sizes[i, t]
+    x0, x1, y0, y1 = window
+    ends = np.empty_like(hi)
+    for k in range(len(hi)):
+        for axis in range(2):
+            size = sizes[k, 0 if turn[k] == EITHER else turn[k], axis]
+            if turn[k] == EITHER:
+                size = max(size, sizes[k, 1, axis])
+            ends[k, axis] = hi[k, axis] + size
+    best = (-1, -1)
+    for x in range(x0, x1 + 1):
+        last = min(y1, far - x)
+        if last < y0:
+            break
+        if along_x and not beside[row, 0, x]:
             continue
-        dz = sizes[k, 0, 2]
-        if z < lo[k, 2] + dz or z > hi[k, 2] + dz + tolerance:
-            continue
-        for other in range(2):
-            if (
-                turn[k] in (EITHER, other)
-                and lo[k, 0] < x + sizes[i, t, 0]
-                and lo[k, 1] < y + sizes[i, t, 1]
-                and x < hi[k, 0] + sizes[k, other, 0]
-                and y < hi[k, 1] + sizes[k, other, 1]
-            ):
-                return True
-    return False
+        y = y0
+        while y <= last:
+            y = np.int64(after[row, y, x])
+            if y > last:
+                break
+            good = not along_y or beside[row, 1, y]
+            if good and doubtful:
+                good = _held(i, wide, deep, x, y, under, corner, lo, ends, height, base, rule)
+            if good:
+                best = (x, y)
+                break
+            y += 1
+        if best[0] == x:
+            if w1 <= 0:
+                break
+            far = x + y - 1
+    return best
 
 
 @njit(cache=True, nogil=True)
-def _refused(i, t, x, y, z, problem):  # type: ignore[no-untyped-def]
-    """Whether (x, y, z) is near a refused position of this box and turn."""
-    zones, radius = problem[6], problem[11]
-    for zone in zones:
-        if (
-            zone[0] == i
-            and zone[1] == t
-            and zone[4] == z
-            and abs(x * radius[1] - zone[2]) < radius[0]
-            and abs(y * radius[1] - zone[3]) < radius[0]
-        ):
-            return True
-    return False
-
-
-@njit(cache=True, nogil=True)
-def _base(i, t, x, y, z, highest, problem, node):  # type: ignore[no-untyped-def]
-    """The least base from ``z`` to ``highest`` that can be held up at (x, y), or ``NEVER``."""
-    sizes, levels, weak = problem[2], problem[5], problem[12]
-    lo, may = node[0], node[4]
-    while z <= highest:
-        best = NEVER
-        if z == 0 or _corners_held(i, t, x, y, z, problem, node):
-            best = z
-        else:
-            # what holds a corner begins at a top
-            for k in range(len(sizes)):
-                if k == i or not may[i, k]:
-                    continue
-                top = lo[k, 2] + sizes[k, 0, 2]
-                if z < top < best and top <= highest:  # noqa: SIM102 - numba
-                    if _corners_held(i, t, x, y, top, problem, node):
-                        best = top
-        if best == NEVER:
-            return NEVER
-        if not _refused(i, t, x, y, best, problem) and (
-            len(weak) == 0 or weak[i, t, x, y] != best or _helped(i, t, x, y, best, problem, node)
-        ):
-            return best
-        z = np.int64(levels[i, best + 1])
-    return NEVER
-
-
-@njit(cache=True, nogil=True)
-def scan(i, problem, node, cap, found, area):  # type: ignore[no-untyped-def]
+def scan(i, problem, node, cap, found):  # type: ignore[no-untyped-def]
     """Cost of the cheapest place of box ``i`` below ``cap``, 1e18 if there is none.
 
-    The place (x, y, z, turn) goes into ``found``, what bounds all places below ``cap`` into
-    ``area`` (least and most x, y, z). A turn without a place is struck off. The least costs of the
-    turns go into the node; 1e18 stands for none below ``cap``.
+    The place (x, y, turn) goes into ``found``. A turn without a place is struck off. The least
+    costs of the turns go into the node; 1e18 stands for none below ``cap``.
     """
-    low, flat, turns, levels = problem[0][i], problem[1][i], problem[3][i], problem[5][i]
-    w1, w2 = problem[10]
-    turn = node[6]
-    x0, y0, z0 = node[0][i]
-    x1, y1, z1 = node[1][i]
-    touch, beside = node[10][i], problem[7][i]
-    least = node[11][i]
-    best = HUGE
-    area[0], area[2], area[4] = NEVER, NEVER, NEVER
-    area[1], area[3], area[5] = -1, -1, -1
-    possible = 0
+    turns, flat, w1 = problem[3][i], problem[4][i], problem[10]
+    turn, least = node[5], node[10][i]
+    far = farthest(cap, flat, w1)
+    window = (node[0][i, 0], node[1][i, 0], node[0][i, 1], node[1][i, 1])
+    plain = not (problem[15][i] or node[9][i, 0] == 1 or node[9][i, 1] == 1)
+    best, possible = HUGE, 0
     for t in range(turns):
         least[t] = HUGE
         if turn[i] != EITHER and turn[i] != t:
             continue
-        some = False
-        for x in range(x0, x1 + 1):
-            if flat + w1 * (x + y0) + w2 * z0 >= cap:
-                break
-            if touch[0] == 1 and not beside[t, 0, x]:
-                continue
-            for y in range(y0, y1 + 1):
-                here = flat + w1 * (x + y)
-                if here + w2 * z0 >= cap:
-                    break
-                if low[t, x, y] > z1 or (touch[1] == 1 and not beside[t, 1, y]):
-                    continue
-                z = np.int64(levels[max(low[t, x, y], z0)])
-                cost = here + w2 * z
-                if z > z1 or cost >= cap:
-                    continue
-                if cost < least[t]:
-                    z = _base(i, t, x, y, z, z1, problem, node)
-                    cost = here + w2 * z
-                    if z > z1 or cost >= cap:
-                        continue
-                    least[t] = min(least[t], cost)
-                    if cost < best:
-                        best = cost
-                        found[0], found[1], found[2], found[3] = x, y, z, t
-                some = True
-                area[0], area[1] = min(area[0], x), max(area[1], x)
-                area[2], area[3] = min(area[2], y), max(area[3], y)
-                area[4] = min(area[4], z)
-                if w2 > 0:
-                    area[5] = max(area[5], np.int64((cap - here) / w2))
-        if some:
-            possible += 1 + t
-    if w2 <= 0:
-        area[5] = z1
+        if plain:
+            x, y = nearest(
+                problem[0], problem[1][i, t], window[0], window[1], window[2], window[3], far, w1
+            )
+        else:
+            x, y = _nearest_held(i, t, problem, node, window, far)
+        if x < 0:
+            continue
+        possible += 1 + t
+        least[t] = flat + w1 * (x + y)
+        if least[t] < best:
+            best = least[t]
+            found[0], found[1], found[2] = x, y, t
     if turn[i] == EITHER and 0 < possible < 3:
         turn[i] = possible - 1
     return best
@@ -188,30 +167,16 @@ def scan(i, problem, node, cap, found, area):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def least_cost(i, t, problem, node, window, cap):  # type: ignore[no-untyped-def]
-    """The least that box ``i``, turned ``t``, costs in a window (x0, x1, y0, y1, z0, z1).
+    """The least that box ``i``, turned ``t``, costs in a window (x0, x1, y0, y1).
 
     ``cap`` if nothing there costs less.
     """
-    low, flat, levels = problem[0][i, t], problem[1][i], problem[5][i]
-    w1, w2 = problem[10]
-    x0, x1, y0, y1, z0, z1 = window
-    touch, beside = node[10][i], problem[7][i, t]
-    best = cap
-    for x in range(x0, x1 + 1):
-        if flat + w1 * (x + y0) + w2 * z0 >= best:
-            break
-        if touch[0] == 1 and not beside[0, x]:
-            continue
-        for y in range(y0, y1 + 1):
-            here = flat + w1 * (x + y)
-            if here + w2 * z0 >= best:
-                break
-            if low[x, y] > z1 or (touch[1] == 1 and not beside[1, y]):
-                continue
-            z = np.int64(levels[max(low[x, y], z0)])
-            if z > z1 or here + w2 * z >= best:
-                continue
-            z = _base(i, t, x, y, z, z1, problem, node)
-            if z <= z1:
-                best = min(best, here + w2 * z)
-    return best
+    flat, w1 = problem[4][i], problem[10]
+    far = farthest(cap, flat, w1)
+    if problem[15][i] or node[9][i, 0] == 1 or node[9][i, 1] == 1:
+        x, y = _nearest_held(i, t, problem, node, window, far)
+    else:
+        x, y = nearest(
+            problem[0], problem[1][i, t], window[0], window[1], window[2], window[3], far, w1
+        )
+    return flat + w1 * (x + y) if x >= 0 else cap

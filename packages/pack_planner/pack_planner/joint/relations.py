@@ -1,18 +1,18 @@
-"""Compiled: the cheapest way to put some boxes, each with a given face up, into one bin.
+"""Compiled: the cheapest way to put some boxes, each with given face up and base, into one bin.
 
-Depth-first branch and bound. A node keeps, for every box, ranges of x, y and base, which of its two
-turns are left, and relations between boxes: one is wholly beside or above another, a corner of one
-lies on another, two faces lie in one plane. Every relation is a difference of two coordinates, so
-ranges follow from each other as lengths of longest paths, and what a box costs at least is the
-least over the places in its ranges where its base can be held up. The bound of a node is the sum of
-that, and what pairs of boxes must pay to stay clear of each other, over the best set of pairs and
-triples that share no box.
+Depth-first branch and bound. A node keeps, for every box, ranges of x and y, which of its two turns
+are left, and relations between boxes: one is wholly beside another, a corner of one lies on
+another, two faces lie in one plane. Every relation is a difference of two coordinates, so ranges
+follow from each other as lengths of longest paths, and what a box costs at least is the least over
+the places in its ranges where its base can be held up. The bound of a node is the sum of that, and
+what pairs of boxes must pay to stay clear of each other, with all that rests wholly on them, over
+the best set of pairs and triples that share no box.
 
 Branching, on what is wrong when every box is at its cheapest place:
 
 ``two boxes meet``
-    one is beside or above the other: six sides, for each pair of turns. A side excludes those
-    before it, so that no arrangement is met twice.
+    one is beside the other: four sides, for each pair of turns. Those along y exclude those along
+    x, so that no arrangement is met twice.
 ``a relation does not hold``
     between the places, though it does between the ranges: one range is cut in two.
 ``a corner hangs in the air``
@@ -44,7 +44,7 @@ from pack_planner.joint.branching import (
     loose,
     part,
 )
-from pack_planner.joint.held import least_cost, scan
+from pack_planner.joint.held import farthest, least_cost, nearest, scan
 
 #: Why the search returns.
 DONE, PAUSED, SOLUTION, FULL = 0, 1, 2, 3
@@ -56,33 +56,45 @@ def matched(count, extra):  # type: ignore[no-untyped-def]
 
     Three boxes pay at least half of what their three pairs do.
     """
+    return matched_wholes(count, extra, 1 << np.arange(count))
+
+
+@njit(cache=True, nogil=True)
+def matched_wholes(count, extra, whole):  # type: ignore[no-untyped-def]
+    """The same where ``extra`` of a pair is paid by two sets of boxes, ``whole`` of each as bits.
+
+    Pairs and triples then share no box of these sets.
+    """
     found = np.zeros(1 << count)
     for mask in range(1, 1 << count):
-        i = 0
-        while not mask >> i & 1:
-            i += 1
-        rest = mask & ~(1 << i)
-        best = found[rest]
-        for k in range(i + 1, count):
-            if not rest >> k & 1:
+        best = 0.0
+        for i in range(count):
+            if mask >> i & 1:
+                best = max(best, found[mask & ~(1 << i)])
+        for i in range(count):
+            if whole[i] & ~mask:
                 continue
-            left = rest & ~(1 << k)
-            best = max(best, extra[i, k] + found[left])
-            for j in range(k + 1, count):
-                if left >> j & 1:
-                    three = extra[i, k] + extra[i, j] + extra[k, j]
-                    best = max(best, 0.5 * three + found[left & ~(1 << j)])
+            rest = mask & ~whole[i]
+            for k in range(i + 1, count):
+                if whole[k] & ~rest or extra[i, k] <= 0.0:
+                    continue
+                left = rest & ~whole[k]
+                best = max(best, extra[i, k] + found[left])
+                for j in range(k + 1, count):
+                    if whole[j] & ~left == 0:
+                        three = extra[i, k] + extra[i, j] + extra[k, j]
+                        best = max(best, 0.5 * three + found[left & ~whole[j]])
         found[mask] = best
     return found[(1 << count) - 1]
 
 
 @njit(cache=True, nogil=True)
-def _follow(lo, hi, apart, levels):  # type: ignore[no-untyped-def]
+def _follow(lo, hi, apart):  # type: ignore[no-untyped-def]
     """Narrow ranges by the relations; False if one is empty."""
     count = len(lo)
     for _ in range(count + 2):
         again = False
-        for axis in range(3):
+        for axis in range(2):
             for i in range(count):
                 for k in range(count):
                     d = apart[axis, i, k]
@@ -95,15 +107,8 @@ def _follow(lo, hi, apart, levels):  # type: ignore[no-untyped-def]
                         hi[k, axis] = hi[i, axis] - d
                         again = True
         for i in range(count):
-            for axis in range(3):
-                if lo[i, axis] > hi[i, axis]:
-                    return False
-            level = levels[i, lo[i, 2]]
-            if level > lo[i, 2]:
-                lo[i, 2] = level
-                again = True
-                if level > hi[i, 2]:
-                    return False
+            if lo[i, 0] > hi[i, 0] or lo[i, 1] > hi[i, 1]:
+                return False
         if not again:
             return True
     return False  # relations that chase each other
@@ -115,18 +120,20 @@ def _settle(problem, node, upper):  # type: ignore[no-untyped-def]
 
     Boxes whose ranges did not change keep their places, unless they lean on others.
     """
-    lo, hi, cost, place, stale = node[0], node[1], node[7], node[8], node[12]
+    lo, hi, cost, place, stale = node[0], node[1], node[6], node[7], node[11]
+    flat, w1, doubtful = problem[4], problem[10], problem[15]
     count = len(lo)
-    area = np.empty(6, np.int64)
-    found = np.empty(4, np.int64)
+    found = np.empty(3, np.int64)
+    low, high = np.empty_like(lo), np.empty_like(hi)
     narrowed = False
     for _ in range(40):
-        low, high = lo.copy(), hi.copy()
-        if not _follow(lo, hi, node[2], problem[5]):
+        low[:] = lo
+        high[:] = hi
+        if not _follow(lo, hi, node[2]):
             return False
         some = narrowed
         for i in range(count):
-            for axis in range(3):
+            for axis in range(2):
                 if low[i, axis] != lo[i, axis] or high[i, axis] != hi[i, axis]:
                     stale[i] = True
             some = some or stale[i]
@@ -137,22 +144,21 @@ def _settle(problem, node, upper):  # type: ignore[no-untyped-def]
         for i in range(count):
             total += cost[i]
         for i in range(count):
-            if not stale[i] and place[i, 2] == 0:
+            if not stale[i] and not doubtful[i]:
                 continue
             stale[i] = False
-            least = scan(i, problem, node, upper - EPS - (total - cost[i]), found, area)
+            cap = upper - EPS - (total - cost[i])
+            least = scan(i, problem, node, cap, found)
             if least >= HUGE:
                 return False
             place[i] = found
             if least > cost[i]:
                 total += least - cost[i]
                 cost[i] = least
-            for axis in range(3):
-                if area[2 * axis] > lo[i, axis]:
-                    lo[i, axis] = area[2 * axis]
-                    narrowed = True
-                if area[2 * axis + 1] < hi[i, axis]:
-                    hi[i, axis] = area[2 * axis + 1]
+            far = farthest(cap, flat[i], w1)
+            for axis in range(2):
+                if far - lo[i, 1 - axis] < hi[i, axis]:
+                    hi[i, axis] = far - lo[i, 1 - axis]
                     narrowed = True
         if total >= upper - EPS:
             return False
@@ -161,8 +167,8 @@ def _settle(problem, node, upper):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _meet(i, k, place, sizes):  # type: ignore[no-untyped-def]
-    a, b = sizes[i, place[i, 3]], sizes[k, place[k, 3]]
-    for axis in range(3):
+    a, b = sizes[i, place[i, 2]], sizes[k, place[k, 2]]
+    for axis in range(2):
         if place[i, axis] >= place[k, axis] + b[axis]:
             return False
         if place[k, axis] >= place[i, axis] + a[axis]:
@@ -171,14 +177,50 @@ def _meet(i, k, place, sizes):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _sides(i, k, problem, node, limit, out):  # type: ignore[no-untyped-def]
-    """What two boxes cost at least, (turns of i, of k, sides) into ``out``; returns the least.
+def _loads(k, axis, first, problem, node, limit):  # type: ignore[no-untyped-def]
+    """What the boxes that rest wholly on ``k`` cost at least when it begins at ``first``."""
+    lo, hi, turn, cost, place = node[0], node[1], node[5], node[6], node[7]
+    wholly, turns = problem[14][k], problem[3]
+    total = 0.0
+    for m in range(len(lo)):
+        if m == k or not wholly >> m & 1:
+            continue
+        if place[m, axis] >= first:
+            total += cost[m]
+            continue
+        x0, y0 = lo[m]
+        if axis == 0:
+            x0 = max(x0, first)
+        else:
+            y0 = max(y0, first)
+        window = (x0, hi[m, 0], y0, hi[m, 1])
+        best = limit - total
+        for t in range(turns[m]):
+            if turn[m] == EITHER or turn[m] == t:
+                best = least_cost(m, t, problem, node, window, best)
+        total += best
+        if total >= limit:
+            return limit
+    return total
 
-    Side 2 * axis: ``i`` comes first along the axis; the next one: ``k`` does.
+
+@njit(cache=True, nogil=True)
+def _sides(i, k, problem, node, limit, out):  # type: ignore[no-untyped-def]
+    """What two boxes and what rests wholly on them cost at least, returned and in ``out``.
+
+    ``out`` is (turns of i, of k, sides); side 2 * axis: ``i`` comes first along the axis; the next
+    one: ``k`` does.
     """
-    lo, hi, turn, least = node[0], node[1], node[6], node[11]
-    sizes, turns = problem[2], problem[3]
-    window = np.empty(6, np.int64)
+    lo, hi, turn, least, cost = node[0], node[1], node[5], node[10], node[6]
+    sizes, turns, wholly = problem[2], problem[3], problem[14]
+    after, rows, flat, w1 = problem[0], problem[1], problem[4], problem[10]
+    plain = np.empty(len(lo), np.bool_)
+    for m in (i, k):
+        plain[m] = not (problem[15][m] or node[9][m, 0] == 1 or node[9][m, 1] == 1)
+    loads = np.zeros(2)
+    for m in range(len(lo)):
+        loads[0] += cost[m] if m != i and wholly[i] >> m & 1 else 0.0
+        loads[1] += cost[m] if m != k and wholly[k] >> m & 1 else 0.0
     best = HUGE
     out[:] = HUGE
     for p in range(turns[i]):
@@ -187,27 +229,43 @@ def _sides(i, k, problem, node, limit, out):  # type: ignore[no-untyped-def]
         for q in range(turns[k]):
             if turn[k] != EITHER and turn[k] != q:
                 continue
-            if least[i, p] + least[k, q] >= limit:
+            if least[i, p] + least[k, q] + loads[0] + loads[1] >= limit:
                 continue
-            for side in range(6):
+            for side in range(4):
                 axis = side // 2
                 a, b, ta, tb = (i, k, p, q) if side % 2 == 0 else (k, i, q, p)
                 first = max(lo[b, axis], lo[a, axis] + sizes[a, ta, axis])
                 last = min(hi[a, axis], hi[b, axis] - sizes[a, ta, axis])
                 if first > hi[b, axis] or last < lo[a, axis]:
                     continue
-                one = least[a, ta]
+                one = least[a, ta] + loads[side % 2]
                 if last < hi[a, axis]:
-                    for e in range(3):
-                        window[2 * e], window[2 * e + 1] = lo[a, e], hi[a, e]
-                    window[2 * axis + 1] = last
-                    one = least_cost(a, ta, problem, node, window, limit - least[b, tb])
+                    x0, y0 = lo[a]
+                    x1, y1 = (last, hi[a, 1]) if axis == 0 else (hi[a, 0], last)
+                    most = limit - least[b, tb] - loads[side % 2]
+                    if plain[a]:
+                        far = farthest(most, flat[a], w1)
+                        x, y = nearest(after, rows[a, ta], x0, x1, y0, y1, far, w1)
+                        one = flat[a] + w1 * (x + y) if x >= 0 else most
+                    else:
+                        one = least_cost(a, ta, problem, node, (x0, x1, y0, y1), most)
+                    one += loads[side % 2]
                     if one + least[b, tb] >= limit:
                         continue
-                for e in range(3):
-                    window[2 * e], window[2 * e + 1] = lo[b, e], hi[b, e]
-                window[2 * axis] = first
-                two = least_cost(b, tb, problem, node, window, limit - one)
+                x1, y1 = hi[b]
+                x0, y0 = (first, lo[b, 1]) if axis == 0 else (lo[b, 0], first)
+                other = loads[1 - side % 2]
+                most = limit - one - other
+                if plain[b]:
+                    far = farthest(most, flat[b], w1)
+                    x, y = nearest(after, rows[b, tb], x0, x1, y0, y1, far, w1)
+                    two = flat[b] + w1 * (x + y) if x >= 0 else most
+                else:
+                    two = least_cost(b, tb, problem, node, (x0, x1, y0, y1), most)
+                if one + two + other >= limit:
+                    continue
+                if other > 0.0:
+                    two += _loads(b, axis, first, problem, node, limit - one - two)
                 if one + two < limit:
                     out[p, q, side] = one + two
                     best = min(best, one + two)
@@ -229,7 +287,6 @@ def _take(top, node, nodes):  # type: ignore[no-untyped-def]
     node[9][:] = nodes[9][top]
     node[10][:] = nodes[10][top]
     node[11][:] = nodes[11][top]
-    node[12][:] = nodes[12][top]
 
 
 @njit(cache=True, nogil=True)
@@ -238,7 +295,7 @@ def search(problem, nodes, counters, upper, budget, rejected):  # type: ignore[n
 
     Parameters
     ----------
-    problem : see :class:`pack_planner.joint.groups.Group`.
+    problem : see :func:`pack_planner.joint.groups.problem_of`.
     nodes : arrays of the nodes, see :func:`pack_planner.joint.groups.empty_nodes`; the open ones
         are a stack, the last row is the node that is looked at.
     counters : [open nodes, nodes taken].
@@ -251,15 +308,15 @@ def search(problem, nodes, counters, upper, budget, rejected):  # type: ignore[n
     One of DONE, PAUSED, SOLUTION and FULL; a SOLUTION is in the last row.
     """
     here = len(nodes[0]) - 1
-    sizes, contact = problem[2], problem[8]
+    sizes, contact, meets, wholly = problem[2], problem[13], problem[12], problem[14]
     count = len(sizes)
     room = 12 * count + 24
-    costs, chosen = np.empty((2, 2, 6)), np.empty((2, 2, 6))
+    costs, chosen = np.empty((2, 2, 4)), np.empty((2, 2, 4))
     extra = np.empty((count, count))
     node = (
         nodes[0][here], nodes[1][here], nodes[2][here], nodes[3][here], nodes[4][here],
         nodes[5][here], nodes[6][here], nodes[7][here], nodes[8][here], nodes[9][here],
-        nodes[10][here], nodes[11][here], nodes[12][here],
+        nodes[10][here], nodes[11][here],
     )  # fmt: skip
     if rejected:
         around(node, nodes, counters)
@@ -270,25 +327,27 @@ def search(problem, nodes, counters, upper, budget, rejected):  # type: ignore[n
             return PAUSED
         counters[0] -= 1
         top = counters[0]
-        if nodes[9][top, 0] >= upper - EPS:
+        if nodes[8][top, 0] >= upper - EPS:
             continue
         counters[1] += 1
         budget -= 1
         _take(top, node, nodes)
         if not _settle(problem, node, upper):
             continue
-        cost, place = node[7], node[8]
+        cost, place = node[6], node[7]
         total = 0.0
         for i in range(count):
             total += cost[i]
         extra[:] = 0.0
-        one, two, most, second = -1, -1, -1.0, -1.0
+        one, two, most, second, own = -1, -1, -1.0, -1.0, 0.0
         hopeless = False
         for i in range(count):
             for k in range(i + 1, count):
-                if hopeless or node[3][i, k] or not _meet(i, k, place, sizes):
+                if hopeless or not meets[i, k] or node[3][i, k] or not _meet(i, k, place, sizes):
                     continue
-                pair = cost[i] + cost[k]
+                pair = 0.0
+                for m in range(count):
+                    pair += cost[m] if (wholly[i] | wholly[k]) >> m & 1 else 0.0
                 limit = upper - (total - pair)
                 least = _sides(i, k, problem, node, limit, costs)
                 if least >= HUGE:
@@ -299,17 +358,16 @@ def search(problem, nodes, counters, upper, budget, rejected):  # type: ignore[n
                 for value in costs.ravel():
                     spread += min(value, limit)
                 if least - pair > most + 1e-9 or (least - pair > most - 1e-9 and spread > second):
-                    one, two, most, second = i, k, least - pair, spread
+                    one, two, most, second, own = i, k, least - pair, spread, pair
                     chosen[:] = costs
         if hopeless:
             continue
         if one >= 0:
-            node[9][0] = max(node[9][0], total + matched(count, extra))
-            if node[9][0] < upper - EPS:
-                rest = total - cost[one] - cost[two]
-                part(one, two, chosen, rest, problem, node, nodes, counters, upper)
+            node[8][0] = max(node[8][0], total + matched_wholes(count, extra, wholly))
+            if node[8][0] < upper - EPS:
+                part(one, two, chosen, total - own, problem, node, nodes, counters, upper)
             continue
-        node[9][0] = max(node[9][0], total)
+        node[8][0] = max(node[8][0], total)
         if broken(node, nodes, counters):
             continue
         i, corner = hanging(problem, node)

@@ -1,0 +1,137 @@
+"""Options of all boxes in all bins, side by side, and what is known of pairs of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pack_msgs_py.values import Box
+from pack_planner.engine import BinModel
+from pack_planner.joint.assign import pair_costs
+from pack_planner.joint.groups import problem_of, row_ranges
+from pack_planner.joint.options import BinPlaces, Flags, Ints, Options, can_hold, list_options
+from pack_planner.joint.places import next_places
+
+#: Options that are compared in pairs at most.
+MOST_OPTIONS = 4000
+
+
+class Listing:
+    """What a joint solution below a known cost chooses from.
+
+    Attributes
+    ----------
+    starts : options of box i are those from starts[i] to starts[i + 1], the cheapest first.
+    bin_of, base, leans, cost : of each option: its bin, its base in millimetres, whether it needs
+        another option under it, the least that it costs.
+    extra : what two options must pay on top, infinite where they cannot be had together.
+    holds : whether the one option may lie under the other, [upper, lower].
+    rank : equal for the same option of another box, and in one order for all boxes.
+    """
+
+    def __init__(
+        self, places: Sequence[BinPlaces], boxes: Sequence[Box], bins: Sequence[BinModel],
+        caps: NDArray[np.float64], limits: NDArray[np.float64], *, cep: bool = False,
+    ) -> None:  # fmt: skip
+        """``caps`` of boxes and ``limits`` of pairs: the most that they may cost."""
+        self._places, self._bins, self._cep = places, bins, cep
+        self._options = [
+            list_options(one, model.source.spec.size_mm[2], boxes, caps)
+            for one, model in zip(places, bins, strict=True)
+        ]
+        box = np.concatenate([one.box for one in self._options])
+        cost = np.concatenate([one.cost for one in self._options])
+        order = np.lexsort((cost, box))
+        counts = [len(one.box) for one in self._options]
+        self.bin_of: Ints = np.repeat(np.arange(len(bins)), counts)[order]
+        self._local: Ints = np.concatenate([np.arange(count) for count in counts])[order]
+        self.cost, self.base = cost[order], self._of('base', order)
+        self.leans: Flags = self._of('leans', order)
+        self.starts: Ints = np.searchsorted(box[order], np.arange(len(boxes) + 1)).astype(np.int64)
+        kinds = np.column_stack([self.bin_of, self._of('size', order), self.base, self.leans])
+        self.rank: Ints = np.unique(kinds, axis=0, return_inverse=True)[1].ravel()
+        self.too_many = len(order) > MOST_OPTIONS
+        if not self.too_many:
+            self._compare(order, limits)
+        self._tables: dict[int, tuple[Any, ...]] = {}
+
+    def _of(self, name: str, order: Ints) -> NDArray[Any]:
+        return np.concatenate([getattr(one, name) for one in self._options])[order]
+
+    def _compare(self, order: Ints, limits: NDArray[np.float64]) -> None:
+        count = len(order)
+        self.extra = np.zeros((count, count))
+        self.holds: Flags = np.zeros((count, count), np.bool_)
+        for j, (one, places) in enumerate(zip(self._options, self._places, strict=True)):
+            here = np.flatnonzero(self.bin_of == j)
+            at, own = np.ix_(here, here), np.ix_(self._local[here], self._local[here])
+            self.holds[at] = can_hold(one, places.ground[1][0])[own]
+            sizes = places.shapes[one.row[:, 3], 2:4]
+            self.extra[at] = pair_costs(
+                one.rows, one.by_x, one.by_y, sizes, np.column_stack([one.base, one.top]), one.box,
+                one.cost, one.flat, places.weights[0], limits,
+            )[own]  # fmt: skip
+
+    def shape_of(self, option: int, turn: int) -> int:
+        """Which shape of its bin an option in one of its turns is."""
+        one = self._options[self.bin_of[option]]
+        return int(one.row[one.rows[self._local[option], turn], 3])
+
+    def problem_of(self, own: Ints) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+        """Some options of one bin as :mod:`.relations` wants them."""
+        j = int(self.bin_of[own[0]])
+        places, local = self._places[j], self._local[own]
+        if j not in self._tables:
+            self._tables[j] = self._make_tables(j)
+        options, sizes, ranges, after, filled, beside = self._tables[j]
+        needed = np.unique(self._options[j].rows[local])
+        missing = needed[~filled[needed]]
+        if len(missing):
+            one = self._options[j]
+            next_places(
+                missing, one.row, places.shapes, places.land, places.low, places.weak,
+                places.ground, places.zones, places.refusal, after,
+            )  # fmt: skip
+            filled[missing] = True
+        found: tuple[tuple[Any, ...], tuple[Any, ...]] = problem_of(
+            local, options, sizes, ranges, after, beside, places.ground, places.weights[0],
+            self._cep,
+        )  # fmt: skip
+        return found
+
+    def _make_tables(self, j: int) -> tuple[Any, ...]:
+        one, places = self._options[j], self._places[j]
+        ranges = row_ranges(one.by_x, one.by_y)
+        x, y = (int(ranges[:, axis, 1].max(initial=0)) + 1 for axis in (0, 1))
+        after = np.empty((len(one.row), y + 1, x), np.int16)
+        tops, tolerance = np.unique(places.ground[0]), places.ground[1][0]
+        gap = one.base[:, None] - tops[None, :]
+        level = ((gap >= 0) & (gap <= tolerance) & (tops > 0)[None, :]).any(axis=1)
+        options = (
+            one.rows, np.column_stack([one.base, one.top]), one.flat, one.leans, level,
+            can_hold(one, tolerance),
+        )  # fmt: skip
+        sizes = places.shapes[one.row[:, 3], 2:4]
+        filled = np.zeros(len(one.row), np.bool_)
+        return options, sizes, ranges, after, filled, self._beside(j, one, sizes)
+
+    def _beside(self, j: int, one: Options, sizes: Ints) -> Flags:
+        """Where each row is beside a wall or placed box along x and y, (rows, axes, cells)."""
+        if not self._cep:
+            return np.zeros((1, 2, 1), np.bool_)
+        source, step = self._bins[j].source, int(self._places[j].refusal[1])
+        cells = max(self._places[j].ground[0].shape)
+        found = np.zeros((len(one.row), 2, cells), np.bool_)
+        low = np.arange(cells) * step
+        for axis in (0, 1):
+            for wide in np.unique(sizes[:, axis]):
+                high = low + wide * step
+                good = (low < step) | (source.spec.size_mm[axis] - high < step)
+                for box in source.boxes:
+                    after, before = low - box.far_mm[axis], box.corner_mm[axis] - high
+                    good |= ((after >= 0) & (after < step)) | ((before >= 0) & (before < step))
+                found[sizes[:, axis] == wide, axis] = good
+        return found

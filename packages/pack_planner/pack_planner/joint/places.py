@@ -1,0 +1,173 @@
+"""Compiled: where a box with a given face up can be on a given base.
+
+A place is a grid cell of the corner. On its base a box stands alone, on enough placed tops, or it
+leans: other boxes of the look-ahead are under it, which is taken to go well wherever :mod:`.bounds`
+lets it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from pack_planner.joint.bounds import NEVER
+
+#: Cell of a row or column without a place.
+FAR = 1 << 14
+
+
+@njit(cache=True, nogil=True)
+def _stands(x, y, land, weak, size, height, rule):  # type: ignore[no-untyped-def]
+    """Whether a box stands alone on the highest top under it."""
+    z = land[x, y]
+    if z == 0:
+        return True
+    if len(weak) > 0 and weak[x, y] == z:
+        return False
+    held = 0
+    for c in range(4):
+        a = x if c % 2 == 0 else x + size[0] - 1
+        b = y if c < 2 else y + size[1] - 1
+        held += int(height[a, b] > 0 and height[a, b] >= z - rule[0])
+    return held >= rule[1]
+
+
+@njit(cache=True, nogil=True)
+def _profiles(at, ground, weights, cap, levels, limit, alone, leaning):  # type: ignore[no-untyped-def]
+    """Least y at each x and least x at each y, of places on each of ``levels``.
+
+    ``alone`` and ``leaning`` are (by x, by y, whether there is any), for each level.
+    """
+    land, low, weak, size, dz = at
+    height, rule = ground
+    w1, w2, w3 = weights
+    alone[0][:], alone[1][:], alone[2][:] = FAR, FAR, False
+    leaning[0][:], leaning[1][:], leaning[2][:] = FAR, FAR, False
+    count = len(levels)
+    done_y = np.full(low.shape[1], count)
+    for x in range(low.shape[0]):
+        done_x = count
+        if w2 * dz + w3 + w1 * x >= cap:
+            break
+        for y in range(low.shape[1]):
+            own = w2 * dz + w3 + w1 * (x + y)
+            if own >= cap:
+                break
+            if low[x, y] >= NEVER:
+                continue
+            z = land[x, y]
+            at_z = np.searchsorted(levels, z)
+            if at_z < count and levels[at_z] == z and own + w2 * z < cap:  # noqa: SIM102 - numba
+                if _stands(x, y, land, weak, size, height, rule):
+                    alone[0][at_z, x] = min(alone[0][at_z, x], y)
+                    alone[1][at_z, y] = min(alone[1][at_z, y], x)
+                    alone[2][at_z] = True
+            first = np.searchsorted(levels, low[x, y])
+            for n in range(first, max(done_x, done_y[y])):
+                if own + w2 * levels[n] >= cap or levels[n] + dz > limit:
+                    break
+                leaning[2][n] = True
+                if n < done_x:
+                    leaning[0][n, x] = y
+                if n < done_y[y]:
+                    leaning[1][n, y] = x
+            done_x, done_y[y] = min(done_x, first), min(done_y[y], first)
+
+
+@njit(cache=True, nogil=True)
+def list_rows(  # type: ignore[no-untyped-def]
+    faces, shapes, land, low, weak, ground, weights, caps, levels, limit, may_lean
+):
+    """All faces up on all bases, in each turn, that may cost less than the caps.
+
+    Parameters
+    ----------
+    faces : rows (shape of one turn, of the other or -1).
+    shapes : rows (box, orientation, wide, deep, dz), cells and millimetres.
+    land, low, weak : highest tops, least bases and weak places of the shapes, (shapes, x, y); the
+        last one (shapes, 0, 0) if there is none.
+    ground : (height map, (tolerance, corners needed)).
+    weights : (w1 per cell, w2 per millimetre, value of the bin's index).
+    caps : of the boxes.
+    levels, limit : all bases, in increasing order; the height of the bin.
+    may_lean : on which of them each box may lean, (boxes, levels).
+
+    Returns
+    -------
+    rows (face, base, leans, shape), least y by x, least x by y.
+    """
+    found = np.empty((64, 4), np.int64)
+    by_x = np.empty((64, land.shape[1]), np.int16)
+    by_y = np.empty((64, land.shape[2]), np.int16)
+    count, bases = 0, len(levels)
+    kinds = [
+        [
+            (
+                np.empty((bases, land.shape[1]), np.int16),
+                np.empty((bases, land.shape[2]), np.int16),
+                np.empty(bases, np.bool_),
+            )
+            for _ in range(2)
+        ]
+        for _ in range(2)
+    ]
+    for f in range(len(faces)):
+        which = shapes[faces[f, 0], 0]
+        for t in range(2):
+            s = faces[f, t]
+            if s >= 0:
+                at = (land[s], low[s], weak[s], shapes[s, 2:4], shapes[s, 4])
+                _profiles(at, ground, weights, caps[which], levels, limit, kinds[t][0], kinds[t][1])
+        for n in range(bases):
+            for kind in range(2):
+                for t in range(2):
+                    if faces[f, t] < 0 or not kinds[t][kind][2][n]:
+                        continue
+                    if kind == 1 and (levels[n] == 0 or not may_lean[which, n]):
+                        continue
+                    if count == len(found):
+                        found = np.concatenate((found, np.empty_like(found)))
+                        by_x = np.concatenate((by_x, np.empty_like(by_x)))
+                        by_y = np.concatenate((by_y, np.empty_like(by_y)))
+                    found[count] = f, levels[n], kind, faces[f, t]
+                    by_x[count], by_y[count] = kinds[t][kind][0][n], kinds[t][kind][1][n]
+                    count += 1
+    return found[:count], by_x[:count], by_y[:count]
+
+
+@njit(cache=True, nogil=True)
+def _refused(x, y, z, zones, refusal):  # type: ignore[no-untyped-def]
+    """Whether (x, y, z) is near a refused position."""
+    for zone in zones:
+        if (
+            zone[3] == z
+            and abs(x * refusal[1] - zone[1]) < refusal[0]
+            and abs(y * refusal[1] - zone[2]) < refusal[0]
+        ):
+            return True
+    return False
+
+
+@njit(cache=True, nogil=True)
+def next_places(  # type: ignore[no-untyped-def]
+    wanted, rows, shapes, land, low, weak, ground, zones, refusal, after
+):
+    """For some rows, y and x the least y' >= y of a place, into ``after`` (rows, y + 1, x).
+
+    Here places near ``zones``, rows (shape, x, y, z) in millimetres, are none; ``refusal`` =
+    (radius, resolution).
+    """
+    for r in wanted:
+        _, z, kind, s = rows[r]
+        own = zones[zones[:, 0] == s]
+        after[r, after.shape[1] - 1] = FAR
+        for y in range(after.shape[1] - 2, -1, -1):
+            for x in range(after.shape[2]):
+                good = low[s, x, y] <= z
+                if good and kind == 0:
+                    good = land[s, x, y] == z and _stands(
+                        x, y, land[s], weak[s], shapes[s, 2:4], ground[0], ground[1]
+                    )
+                if good and len(own):
+                    good = not _refused(x, y, z, own, refusal)
+                after[r, y, x] = y if good else after[r, y + 1, x]
