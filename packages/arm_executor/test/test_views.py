@@ -89,7 +89,7 @@ def follow(transforms, child):
 
 @pytest.mark.parametrize('robot', ['ur20', 'ur10e'])
 def test_transforms_lead_to_the_pad_and_to_the_bins(start, robot):
-    bench = start(robot=robot)
+    bench = start(robot=robot, speed=2.0)  # at full speed all is over between two messages
     fixed = Heard(bench, TFMessage, '/tf_static', qos.STATE).wait()[0].transforms
     moving = Heard(bench, TFMessage, '/tf', QoSProfile(depth=100))
     states = Heard(bench, JointState, 'joint_states', QoSProfile(depth=100))
