@@ -89,16 +89,16 @@ def broken(node, nodes, counters):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def rests(i, a, b, problem):  # type: ignore[no-untyped-def]
-    """Whether a placed box is right under the base of box ``i`` at the cell (a, b)."""
-    height, base, tolerance = problem[8], problem[11][i], problem[9][0]
+def rests(a, b, height, base, tolerance):  # type: ignore[no-untyped-def]
+    """Whether a placed box is right under ``base`` at the cell (a, b)."""
     return height[a, b] > 0 and base - tolerance <= height[a, b] <= base
 
 
 @njit(cache=True, nogil=True)
 def hanging(problem, node):  # type: ignore[no-untyped-def]
     """A box with too few corners on something, and a corner of it to decide on; (-1, -1): none."""
-    sizes, leans, holds, needed = problem[2], problem[5], problem[6], problem[9][1]
+    sizes, leans, holds = problem[2], problem[5], problem[6]
+    height, (tolerance, needed), bases = problem[8], problem[9], problem[11]
     corner, place = node[4], node[7]
     count = len(place)
     for i in range(count):
@@ -109,7 +109,7 @@ def hanging(problem, node):  # type: ignore[no-untyped-def]
         for c in range(4):
             a = x if c % 2 == 0 else x + sizes[i, t, 0] - 1
             b = y if c < 2 else y + sizes[i, t, 1] - 1
-            held = rests(i, a, b, problem)
+            held = rests(a, b, height, bases[i], tolerance)
             for k in range(count):
                 below = sizes[k, place[k, 2]]
                 if (

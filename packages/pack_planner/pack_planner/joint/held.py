@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from pack_planner.joint.bounds import NEVER
-from pack_planner.joint.branching import EITHER, HUGE, NOTHING, ON, PLACED
+from pack_planner.joint.branching import EITHER, HUGE, NOTHING, ON, PLACED, rests
 
 
 @njit(cache=True, nogil=True)
@@ -28,7 +28,7 @@ def _held(i, wide, deep, x, y, under, corner, lo, far, height, base, rule):  # t
             continue
         a = x if c % 2 == 0 else x + wide - 1
         b = y if c < 2 else y + deep - 1
-        if what < NOTHING and height[a, b] > 0 and base - tolerance <= height[a, b] <= base:
+        if what < NOTHING and rests(a, b, height, base, tolerance):
             held += 1
             continue
         if what == PLACED:
@@ -88,6 +88,19 @@ def nearest(after, row, x0, x1, y0, y1, far, w1):  # type: ignore[no-untyped-def
 
 
 @njit(cache=True, nogil=True)
+def plain_cost(after, row, flat, w1, x0, x1, y0, y1, cap):  # type: ignore[no-untyped-def]
+    """:func:`least_cost` of a box that needs neither a hold nor contact, without the tuples."""
+    x, y = nearest(after, row, x0, x1, y0, y1, farthest(cap, flat, w1), w1)
+    return flat + w1 * (x + y) if x >= 0 else cap
+
+
+@njit(cache=True, nogil=True)
+def is_plain(i, problem, node):  # type: ignore[no-untyped-def]
+    """Whether any open place will do for box ``i``, held up and in contact as it is."""
+    return not (problem[15][i] or node[9][i, 0] == 1 or node[9][i, 1] == 1)
+
+
+@njit(cache=True, nogil=True)
 def _nearest_held(i, t, problem, node, window, far):  # type: ignore[no-untyped-def]
     """:func:`nearest` among the places where box ``i`` can be held up and touches something."""
     after, row, sizes, beside = problem[0], problem[1][i, t], problem[2], problem[7]
@@ -141,7 +154,7 @@ def scan(i, problem, node, cap, found):  # type: ignore[no-untyped-def]
     turn, least = node[5], node[10][i]
     far = farthest(cap, flat, w1)
     window = (node[0][i, 0], node[1][i, 0], node[0][i, 1], node[1][i, 1])
-    plain = not (problem[15][i] or node[9][i, 0] == 1 or node[9][i, 1] == 1)
+    plain = is_plain(i, problem, node)
     best, possible = HUGE, 0
     for t in range(turns):
         least[t] = HUGE
@@ -172,11 +185,8 @@ def least_cost(i, t, problem, node, window, cap):  # type: ignore[no-untyped-def
     ``cap`` if nothing there costs less.
     """
     flat, w1 = problem[4][i], problem[10]
-    far = farthest(cap, flat, w1)
-    if problem[15][i] or node[9][i, 0] == 1 or node[9][i, 1] == 1:
-        x, y = _nearest_held(i, t, problem, node, window, far)
-    else:
-        x, y = nearest(
-            problem[0], problem[1][i, t], window[0], window[1], window[2], window[3], far, w1
-        )
+    if is_plain(i, problem, node):
+        x0, x1, y0, y1 = window
+        return plain_cost(problem[0], problem[1][i, t], flat, w1, x0, x1, y0, y1, cap)
+    x, y = _nearest_held(i, t, problem, node, window, farthest(cap, flat, w1))
     return flat + w1 * (x + y) if x >= 0 else cap

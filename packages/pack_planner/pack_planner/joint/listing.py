@@ -65,10 +65,13 @@ class Listing:
         count = len(order)
         self.extra = np.zeros((count, count))
         self.holds: Flags = np.zeros((count, count), np.bool_)
+        self._under: list[Flags] = []
         for j, (one, places) in enumerate(zip(self._options, self._places, strict=True)):
             here = np.flatnonzero(self.bin_of == j)
             at, own = np.ix_(here, here), np.ix_(self._local[here], self._local[here])
-            self.holds[at] = can_hold(one, places.ground[1][0])[own]
+            under = can_hold(one, places.ground[1][0])
+            self._under.append(under)
+            self.holds[at] = under[own]
             sizes = places.shapes[one.row[:, 3], 2:4]
             self.extra[at] = pair_costs(
                 one.rows, one.by_x, one.by_y, sizes, np.column_stack([one.base, one.top]), one.box,
@@ -112,7 +115,7 @@ class Listing:
         level = ((gap >= 0) & (gap <= tolerance) & (tops > 0)[None, :]).any(axis=1)
         options = (
             one.rows, np.column_stack([one.base, one.top]), one.flat, one.leans, level,
-            can_hold(one, tolerance),
+            self._under[j],
         )  # fmt: skip
         sizes = places.shapes[one.row[:, 3], 2:4]
         filled = np.zeros(len(one.row), np.bool_)

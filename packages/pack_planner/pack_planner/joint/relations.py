@@ -44,7 +44,7 @@ from pack_planner.joint.branching import (
     loose,
     part,
 )
-from pack_planner.joint.held import farthest, least_cost, nearest, scan
+from pack_planner.joint.held import farthest, is_plain, least_cost, plain_cost, scan
 
 #: Why the search returns.
 DONE, PAUSED, SOLUTION, FULL = 0, 1, 2, 3
@@ -216,7 +216,7 @@ def _sides(i, k, problem, node, limit, out):  # type: ignore[no-untyped-def]
     after, rows, flat, w1 = problem[0], problem[1], problem[4], problem[10]
     plain = np.empty(len(lo), np.bool_)
     for m in (i, k):
-        plain[m] = not (problem[15][m] or node[9][m, 0] == 1 or node[9][m, 1] == 1)
+        plain[m] = is_plain(m, problem, node)
     loads = np.zeros(2)
     for m in range(len(lo)):
         loads[0] += cost[m] if m != i and wholly[i] >> m & 1 else 0.0
@@ -244,9 +244,7 @@ def _sides(i, k, problem, node, limit, out):  # type: ignore[no-untyped-def]
                     x1, y1 = (last, hi[a, 1]) if axis == 0 else (hi[a, 0], last)
                     most = limit - least[b, tb] - loads[side % 2]
                     if plain[a]:
-                        far = farthest(most, flat[a], w1)
-                        x, y = nearest(after, rows[a, ta], x0, x1, y0, y1, far, w1)
-                        one = flat[a] + w1 * (x + y) if x >= 0 else most
+                        one = plain_cost(after, rows[a, ta], flat[a], w1, x0, x1, y0, y1, most)
                     else:
                         one = least_cost(a, ta, problem, node, (x0, x1, y0, y1), most)
                     one += loads[side % 2]
@@ -257,9 +255,7 @@ def _sides(i, k, problem, node, limit, out):  # type: ignore[no-untyped-def]
                 other = loads[1 - side % 2]
                 most = limit - one - other
                 if plain[b]:
-                    far = farthest(most, flat[b], w1)
-                    x, y = nearest(after, rows[b, tb], x0, x1, y0, y1, far, w1)
-                    two = flat[b] + w1 * (x + y) if x >= 0 else most
+                    two = plain_cost(after, rows[b, tb], flat[b], w1, x0, x1, y0, y1, most)
                 else:
                     two = least_cost(b, tb, problem, node, (x0, x1, y0, y1), most)
                 if one + two + other >= limit:
