@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import threading
 from contextlib import contextmanager, suppress
 from dataclasses import replace
@@ -239,7 +240,12 @@ def spinning(node, context):
 
 @contextmanager
 def private_context(domain):
-    """A ROS context of its own."""
+    """A ROS context of its own, free of nodes that an earlier test has done with.
+
+    Nodes lie in reference cycles, and one that is freed late takes along the ``/rosout`` publisher
+    of a new node of the same name: nothing that is logged is published any more.
+    """
+    gc.collect()
     context = rclpy.Context()
     rclpy.init(context=context, domain_id=domain)
     try:
