@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -176,7 +177,8 @@ def listed(costs, leans, holds, upper):
     starts = np.arange(0, count * each + 1, each)
     picks = assignments(
         starts, np.array(costs, float).ravel(), extra, np.arange(count * each),
-        np.full(count, -1), np.array(leans, bool), holds, upper, 100, 10**6,
+        np.full(count, -1), np.array(leans, bool), holds, np.ascontiguousarray(holds.T), upper, 100,
+        10**6,
     )  # fmt: skip
     return {tuple(pick) for pick in picks.tolist()}
 
@@ -188,6 +190,46 @@ def test_an_option_that_leans_is_only_had_with_one_that_holds_it_up_and_its_pric
     assert listed(costs, leans, holds, 100.0) == {(0, 2), (0, 3), (1, 3)}
     assert listed(costs, leans, holds, 29.0) == {(0, 2), (0, 3)}
     assert listed(costs, leans, np.zeros((4, 4), bool), 100.0) == {(0, 2), (0, 3)}
+
+
+def every_assignment(starts, costs, extra, rank, twin, leans, holds, upper):
+    """The same by trying all, for :func:`test_no_assignment_is_missed_and_none_too_many`."""
+    found = set()
+    for pick in product(*(range(a, b) for a, b in pairwise(starts.tolist()))):
+        chosen = list(pick)
+        held = all(holds[o, chosen].any() for o in chosen if leans[o])
+        ordered = all(t < 0 or rank[pick[t]] <= rank[o] for t, o in zip(twin, pick, strict=True))
+        pays = extra[np.ix_(chosen, chosen)].copy()
+        if held and ordered and costs[chosen].sum() + matched(len(pick), pays) < upper - 1e-6:
+            found.add(pick)
+    return found
+
+
+@pytest.mark.parametrize('count', [1, 2, 3, 4, 5])
+def test_no_assignment_is_missed_and_none_too_many(count):
+    random = np.random.default_rng(count)
+    some = 0
+    for _ in range(40):
+        sizes = random.integers(1, 6, count)
+        starts = np.concatenate([[0], np.cumsum(sizes)])
+        costs = np.concatenate([np.sort(random.integers(0, 30, n)) for n in sizes]).astype(float)
+        n = len(costs)
+        extra = random.choice([0.0] * 7 + [4.0, 9.0, np.inf], (n, n))
+        extra = np.maximum(extra, extra.T)
+        rank, leans = random.integers(0, 5, n), random.random(n) < 0.5
+        holds = (random.random((n, n)) < 0.3) & ~np.eye(n, dtype=bool)
+        twin = np.array([i - 1 if random.random() < 0.2 else -1 for i in range(count)])
+        given = (starts, costs, extra, rank, twin, leans, holds)
+        upper = float(costs[starts[:-1]].sum() + random.integers(5, 80))
+        picks = assignments(*given, np.ascontiguousarray(holds.T), upper, 10**5, 10**7).tolist()
+        wanted = every_assignment(*given, upper)
+        assert len(picks) == len(wanted)
+        assert {tuple(pick) for pick in picks} == wanted
+        some += len(wanted)
+        if len(wanted) > 1:
+            held = np.ascontiguousarray(holds.T)
+            assert len(assignments(*given, held, upper, len(wanted) - 1, 10**7)) == len(wanted)
+    assert some > 40
 
 
 def test_pairs_that_share_no_box_add_up_and_triples_count_half():

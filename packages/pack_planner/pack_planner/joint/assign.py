@@ -100,20 +100,117 @@ def _all_matched(depth, pays, found):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _holders(starts, costs, leans, holds):  # type: ignore[no-untyped-def]
-    """What each box must pay at least, beyond its own least, to hold up an option that leans."""
+    """What a box from number i on pays at least, beyond its own least, to hold up an option.
+
+    Returns
+    -------
+    (boxes + 1, options); nothing for options that need no other, infinite where none is left.
+    """
     count = len(starts) - 1
-    found = np.full((len(costs), count), np.inf)
+    found = np.full((count + 1, len(costs)), np.inf)
     for o in range(len(costs)):
-        for i in range(count):
-            for h in range(starts[i], starts[i + 1] if leans[o] else starts[i]):
-                if holds[o, h]:
-                    found[o, i] = costs[h] - costs[starts[i]]
+        if not leans[o]:
+            found[count, o] = 0.0
+        for i in range(count - 1, -1, -1):
+            found[i, o] = found[i + 1, o]
+            for h in range(starts[i], starts[i + 1]):
+                if costs[h] - costs[starts[i]] >= found[i, o]:
                     break
+                if holds[o, h]:
+                    found[i, o] = costs[h] - costs[starts[i]]
     return found
 
 
 @njit(cache=True, nogil=True)
-def assignments(starts, costs, extra, rank, twin, leans, holds, upper, most, visits):  # type: ignore[no-untyped-def]
+def _supports(starts, leans, holds):  # type: ignore[no-untyped-def]
+    """Which options of the last box hold up each option that needs one: rows, where they start."""
+    first, last = starts[-2], starts[-1]
+    at = np.zeros(first + 1, np.int64)
+    for o in range(first):
+        at[o + 1] = at[o] + (holds[o, first:last].sum() if leans[o] else 0)
+    found = np.empty(at[first], np.int64)
+    for o in range(first):
+        if leans[o]:
+            found[at[o] : at[o + 1]] = first + np.flatnonzero(holds[o, first:last])
+    return found, at
+
+
+@njit(cache=True, nogil=True)
+def _is_held(o, pick, holds):  # type: ignore[no-untyped-def]
+    found = False
+    for h in pick:
+        found = found or holds[o, h]
+    return found
+
+
+@njit(cache=True, nogil=True)
+def _in_the_air(pick, leans, holds):  # type: ignore[no-untyped-def]
+    """A pick that needs another one under it and has none, -1 for none."""
+    for o in pick:
+        if leans[o] and not _is_held(o, pick, holds):
+            return o
+    return -1
+
+
+@njit(cache=True, nogil=True)
+def _end_with(  # type: ignore[no-untyped-def]
+    some, room, pick, costs, extra, rank, twin, leans, holds, pays, matches, found
+):
+    """Write down the picks with each of ``some`` options for the last box; how many there are.
+
+    Of these it is not said whether they are held, nor what they must pay; ``room`` is what they
+    may cost, see :func:`assignments` for the rest.
+    """
+    last, count = len(pick) - 1, 0
+    for o in some:
+        if costs[o] + matches[(1 << last) - 1] >= room:
+            break
+        pick[last] = o
+        if (leans[o] and not _is_held(o, pick, holds)) or _in_the_air(pick, leans, holds) >= 0:
+            continue
+        if twin >= 0 and rank[pick[twin]] > rank[o]:
+            continue
+        for i in range(last):
+            pays[i, last] = pays[last, i] = extra[pick[i], o]
+        _all_matched(last, pays, matches)
+        if costs[o] + matches[(2 << last) - 1] < room:
+            found[count] = pick
+            count += 1
+    return count
+
+
+@njit(cache=True, nogil=True)
+def _look(first, last, pick, extra, matches, holds, held, later, pay, need):  # type: ignore[no-untyped-def]
+    """What the options from ``first`` to ``last`` add to those picked for other boxes.
+
+    Row by row, for the compiler to make vectors of: this is where the time goes. ``pay`` becomes
+    what disjoint pairs pay at least, ``need`` what a box still to come (``later``, see
+    :func:`_holders`) pays to hold up what nothing holds then.
+    """
+    count, picked = last - first, len(pick)
+    everyone = (1 << picked) - 1
+    for o in range(count):
+        pay[o], need[o] = matches[everyone], later[first + o]
+    for i in range(picked):
+        row, rest = extra[pick[i], first:last], matches[everyone & ~(1 << i)]
+        over = held[pick[i], first:last]
+        for o in range(count):
+            pays = row[o] + rest
+            pay[o] = pays if pays > pay[o] else pay[o]
+            need[o] = 0.0 if over[o] else need[o]
+    for i in range(picked):
+        least = later[pick[i]]
+        if least > 0.0 and not _is_held(pick[i], pick, holds):
+            under = holds[pick[i], first:last]
+            for o in range(count):
+                most = need[o] if need[o] > least else least
+                need[o] = need[o] if under[o] else most
+
+
+@njit(cache=True, nogil=True)
+def assignments(  # type: ignore[no-untyped-def]
+    starts, costs, extra, rank, twin, leans, holds, held, upper, most, visits
+):
     """All ways to give each box an option that may cost less than ``upper`` together.
 
     Parameters
@@ -122,7 +219,8 @@ def assignments(starts, costs, extra, rank, twin, leans, holds, upper, most, vis
     costs, extra : least cost of each option, what two of them must pay on top; infinite: never.
     rank, twin : a box has no option of lower rank than box twin[i], which is the same but for its
         id; -1 for none.
-    leans, holds : whether an option needs another one under it, and whether it may be this one.
+    leans, holds, held : whether an option needs another one under it, and whether it may be this
+        one, [upper, lower] and [lower, upper].
     most : how many at most.
     visits : how many options to look at, at most.
 
@@ -134,62 +232,69 @@ def assignments(starts, costs, extra, rank, twin, leans, holds, upper, most, vis
     count = len(starts) - 1
     rest = np.zeros(count + 1)
     for i in range(count - 1, -1, -1):
-        rest[i] = rest[i + 1] + costs[starts[i] : starts[i + 1]].min()
+        rest[i] = rest[i + 1] + costs[starts[i]]
     holders = _holders(starts, costs, leans, holds)
+    supports, begin = _supports(starts, leans, holds)
     picks = np.empty((64, count), np.int64)
-    pick, at = np.zeros(count, np.int64), np.zeros(count, np.int64)
-    pays = np.zeros((count, count))
-    matches = np.zeros(1 << count)
+    pick, at, end = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count, np.int64)
+    pays, matches = np.zeros((count, count)), np.zeros(1 << count)
+    pay, need = np.zeros((count, np.diff(starts).max())), np.zeros((count, np.diff(starts).max()))
     spent = np.zeros(count + 1)
-    found, depth = 0, 0
-    at[0] = starts[0]
+    found, depth, new = 0, 0, True
     while depth >= 0:
-        o = at[depth]
-        if o >= starts[depth + 1] or spent[depth] + costs[o] + rest[depth + 1] >= upper - EPS:
-            depth -= 1
-            if depth >= 0:
-                at[depth] += 1
+        first, room = starts[depth], upper - EPS - spent[depth] - rest[depth + 1]
+        alone = _in_the_air(pick[:depth], leans, holds) if new and depth == count - 1 else -1
+        if alone >= 0:
+            # only what holds this one up may be the last, and that is little
+            some = supports[begin[alone] : begin[alone + 1]]
+            visits -= len(some)
+            while found + len(some) > len(picks):
+                picks = np.concatenate((picks, np.empty_like(picks)))
+            found += _end_with(
+                some, room, pick, costs, extra, rank, twin[depth], leans, holds, pays, matches,
+                picks[found:],
+            )  # fmt: skip
+            if found > most or visits < 0:
+                return np.empty((most + 1, count), np.int64)
+            depth, new = depth - 1, False
             continue
-        visits -= 1
-        if visits < 0:
-            return np.empty((most + 1, count), np.int64)
-        total = spent[depth] + costs[o] + rest[depth + 1]
-        hold = 0.0
-        good = twin[depth] < 0 or rank[pick[twin[depth]]] <= rank[o]
+        if new:
+            at[depth] = first
+            end[depth] = first + np.searchsorted(costs[first : starts[depth + 1]], room)
+            visits -= end[depth] - first
+            if visits < 0:
+                return np.empty((most + 1, count), np.int64)
+            _look(
+                first, end[depth], pick[:depth], extra, matches, holds, held, holders[depth + 1],
+                pay[depth], need[depth],
+            )  # fmt: skip
+            new = False
+        o = at[depth]
+        while o < end[depth] and costs[o] + pay[depth, o - first] + need[depth, o - first] >= room:
+            o += 1
+        at[depth] = o + 1
+        if o == end[depth]:
+            depth -= 1
+            continue
+        if twin[depth] >= 0 and rank[pick[twin[depth]]] > rank[o]:
+            continue
         for i in range(depth):
-            if not good:
-                break
             pays[i, depth] = pays[depth, i] = extra[pick[i], o]
-            good = total + pays[i, depth] < upper - EPS
-        if good:
-            pick[depth] = o
-            # some box still to come must hold up what nothing holds yet, and pay for it
-            for i in range(depth + 1):
-                if leans[pick[i]]:
-                    need = np.inf
-                    for k in range(depth + 1):
-                        need = 0.0 if holds[pick[i], pick[k]] else need
-                    for k in range(depth + 1, count):
-                        need = min(need, holders[pick[i], k])
-                    hold = max(hold, need)
-            good = total + hold < upper - EPS
-        if good:
-            _all_matched(depth, pays, matches)
-            good = total + hold + matches[(2 << depth) - 1] < upper - EPS
-        if not good:
-            at[depth] += 1
-        elif depth < count - 1:
+        _all_matched(depth, pays, matches)
+        if costs[o] + need[depth, o - first] + matches[(2 << depth) - 1] >= room:
+            continue
+        pick[depth] = o
+        if depth < count - 1:
             spent[depth + 1] = spent[depth] + costs[o]
             depth += 1
-            at[depth] = starts[depth]
-        else:
-            if found == len(picks):
-                picks = np.concatenate((picks, np.empty_like(picks)))
-            picks[found] = pick
-            found += 1
-            at[depth] += 1
-            if found > most:
-                break
+            new = True
+            continue
+        if found == len(picks):
+            picks = np.concatenate((picks, np.empty_like(picks)))
+        picks[found] = pick
+        found += 1
+        if found > most:
+            break
     return picks[:found]
 
 

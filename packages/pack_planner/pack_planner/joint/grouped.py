@@ -38,7 +38,7 @@ from pack_planner.joint.solution import JointResult, all_touch, joint_violations
 from pack_planner.joint.solve import turns_of
 
 #: Assignments that are listed at most, and options looked at for that.
-_MOST_ASSIGNMENTS, _MOST_VISITS = 200_000, 15_000_000
+_MOST_ASSIGNMENTS, _MOST_VISITS = 200_000, 100_000_000
 #: Goals, as shares of the way from the bound to the known solution.
 _GOALS = (0.25, 0.5, 1.0)
 _EPS = 1e-6
@@ -129,7 +129,7 @@ class GroupedSearch:
             return False
         picks = assignments(
             listing.starts, listing.cost, listing.extra, listing.rank, self._twins, listing.leans,
-            listing.holds, min(goal, self._upper), _MOST_ASSIGNMENTS, _MOST_VISITS,
+            listing.holds, listing.held, min(goal, self._upper), _MOST_ASSIGNMENTS, _MOST_VISITS,
         )  # fmt: skip
         if len(picks) > _MOST_ASSIGNMENTS:
             return False

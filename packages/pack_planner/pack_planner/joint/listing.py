@@ -28,7 +28,7 @@ class Listing:
     bin_of, base, leans, cost : of each option: its bin, its base in millimetres, whether it needs
         another option under it, the least that it costs.
     extra : what two options must pay on top, infinite where they cannot be had together.
-    holds : whether the one option may lie under the other, [upper, lower].
+    holds, held : whether the one option may lie under the other, [upper, lower], [lower, upper].
     rank : equal for the same option of another box, and in one order for all boxes.
     """
 
@@ -77,6 +77,7 @@ class Listing:
                 one.rows, one.by_x, one.by_y, sizes, np.column_stack([one.base, one.top]), one.box,
                 one.cost, one.flat, places.weights[0], limits,
             )[own]  # fmt: skip
+        self.held: Flags = np.ascontiguousarray(self.holds.T)
 
     def shape_of(self, option: int, turn: int) -> int:
         """Which shape of its bin an option in one of its turns is."""
