@@ -15,6 +15,9 @@ from pack_planner.joint.branching import EPS
 from pack_planner.joint.places import FAR
 from pack_planner.joint.relations import matched
 
+#: Options that are looked at in the time in which one is looked at more closely.
+_DEAR = 16
+
 
 @njit(cache=True, nogil=True)
 def suffix_least(profile):  # type: ignore[no-untyped-def]
@@ -222,7 +225,7 @@ def assignments(  # type: ignore[no-untyped-def]
     leans, holds, held : whether an option needs another one under it, and whether it may be this
         one, [upper, lower] and [lower, upper].
     most : how many at most.
-    visits : how many options to look at, at most.
+    visits : how many options to look at, at most; a closer look counts as :data:`_DEAR`.
 
     Returns
     -------
@@ -247,7 +250,7 @@ def assignments(  # type: ignore[no-untyped-def]
         if alone >= 0:
             # only what holds this one up may be the last, and that is little
             some = supports[begin[alone] : begin[alone + 1]]
-            visits -= len(some)
+            visits -= _DEAR * len(some)
             while found + len(some) > len(picks):
                 picks = np.concatenate((picks, np.empty_like(picks)))
             found += _end_with(
@@ -278,6 +281,7 @@ def assignments(  # type: ignore[no-untyped-def]
             continue
         if twin[depth] >= 0 and rank[pick[twin[depth]]] > rank[o]:
             continue
+        visits -= _DEAR
         for i in range(depth):
             pays[i, depth] = pays[depth, i] = extra[pick[i], o]
         _all_matched(depth, pays, matches)
