@@ -221,13 +221,13 @@ def test_no_assignment_is_missed_and_none_too_many(count):
         twin = np.array([i - 1 if random.random() < 0.2 else -1 for i in range(count)])
         given = (starts, costs, extra, rank, twin, leans, holds)
         upper = float(costs[starts[:-1]].sum() + random.integers(5, 80))
-        picks = assignments(*given, np.ascontiguousarray(holds.T), upper, 10**5, 10**7).tolist()
+        held = np.ascontiguousarray(holds.T)
+        picks = assignments(*given, held, upper, 10**5, 10**7).tolist()
         wanted = every_assignment(*given, upper)
         assert len(picks) == len(wanted)
         assert {tuple(pick) for pick in picks} == wanted
         some += len(wanted)
         if len(wanted) > 1:
-            held = np.ascontiguousarray(holds.T)
             assert len(assignments(*given, held, upper, len(wanted) - 1, 10**7)) == len(wanted)
     assert some > 40
 

@@ -85,8 +85,13 @@ def pair_costs(rows, by_x, by_y, sizes, span, box, cost, flat, w1, limits):  # t
 
 
 @njit(cache=True, nogil=True)
-def _all_matched(depth, pays, found):  # type: ignore[no-untyped-def]
-    """:func:`.relations.matched` of every set of boxes up to ``depth`` that has this one."""
+def _match_with(o, depth, pick, extra, pays, found):  # type: ignore[no-untyped-def]
+    """What the boxes up to ``depth`` must pay with option ``o`` for this one.
+
+    ``found`` becomes :func:`.relations.matched` of every set of boxes that has this one.
+    """
+    for i in range(depth):
+        pays[i, depth] = pays[depth, i] = extra[pick[i], o]
     last = 1 << depth
     for rest in range(last):
         best = found[rest]
@@ -99,6 +104,7 @@ def _all_matched(depth, pays, found):  # type: ignore[no-untyped-def]
                         three = pays[i, depth] + pays[k, depth] + pays[i, k]
                         best = max(best, 0.5 * three + found[others & ~(1 << k)])
         found[last | rest] = best
+    return found[(last << 1) - 1]
 
 
 @njit(cache=True, nogil=True)
@@ -169,14 +175,9 @@ def _end_with(  # type: ignore[no-untyped-def]
         if costs[o] + matches[(1 << last) - 1] >= room:
             break
         pick[last] = o
-        if (leans[o] and not _is_held(o, pick, holds)) or _in_the_air(pick, leans, holds) >= 0:
+        if _in_the_air(pick, leans, holds) >= 0 or (twin >= 0 and rank[pick[twin]] > rank[o]):
             continue
-        if twin >= 0 and rank[pick[twin]] > rank[o]:
-            continue
-        for i in range(last):
-            pays[i, last] = pays[last, i] = extra[pick[i], o]
-        _all_matched(last, pays, matches)
-        if costs[o] + matches[(2 << last) - 1] < room:
+        if costs[o] + _match_with(o, last, pick, extra, pays, matches) < room:
             found[count] = pick
             count += 1
     return count
@@ -241,7 +242,8 @@ def assignments(  # type: ignore[no-untyped-def]
     picks = np.empty((64, count), np.int64)
     pick, at, end = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count, np.int64)
     pays, matches = np.zeros((count, count)), np.zeros(1 << count)
-    pay, need = np.zeros((count, np.diff(starts).max())), np.zeros((count, np.diff(starts).max()))
+    widest = np.diff(starts).max()
+    pay, need = np.zeros((count, widest)), np.zeros((count, widest))
     spent = np.zeros(count + 1)
     found, depth, new = 0, 0, True
     while depth >= 0:
@@ -282,10 +284,8 @@ def assignments(  # type: ignore[no-untyped-def]
         if twin[depth] >= 0 and rank[pick[twin[depth]]] > rank[o]:
             continue
         visits -= _DEAR
-        for i in range(depth):
-            pays[i, depth] = pays[depth, i] = extra[pick[i], o]
-        _all_matched(depth, pays, matches)
-        if costs[o] + need[depth, o - first] + matches[(2 << depth) - 1] >= room:
+        must_pay = _match_with(o, depth, pick, extra, pays, matches)
+        if costs[o] + need[depth, o - first] + must_pay >= room:
             continue
         pick[depth] = o
         if depth < count - 1:
