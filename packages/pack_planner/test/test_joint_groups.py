@@ -177,27 +177,36 @@ def listed(costs, leans, holds, upper):
     starts = np.arange(0, count * each + 1, each)
     picks = assignments(
         starts, np.array(costs, float).ravel(), extra, np.arange(count * each),
-        np.full(count, -1), np.array(leans, bool), holds, np.ascontiguousarray(holds.T), upper, 100,
-        10**6,
+        np.full(count, -1), np.array(leans, bool), holds, np.ascontiguousarray(holds.T), 3, upper,
+        100, 10**6,
     )  # fmt: skip
     return {tuple(pick) for pick in picks.tolist()}
 
 
 def test_an_option_that_leans_is_only_had_with_one_that_holds_it_up_and_its_price():
-    holds = np.zeros((4, 4), bool)
-    holds[1, 3] = True  # option 1 of the first box leans on option 3 of the second
+    holds = np.zeros((4, 4), np.int8)
+    holds[1, 3] = 4  # option 1 of the first box leans on option 3 of the second
     costs, leans = [[10, 12], [10, 17]], [False, True, False, False]
     assert listed(costs, leans, holds, 100.0) == {(0, 2), (0, 3), (1, 3)}
     assert listed(costs, leans, holds, 29.0) == {(0, 2), (0, 3)}
-    assert listed(costs, leans, np.zeros((4, 4), bool), 100.0) == {(0, 2), (0, 3)}
+    holds[1, 3] = 2  # where it reaches two corners alone
+    assert listed(costs, leans, holds, 100.0) == {(0, 2), (0, 3)}
 
 
-def every_assignment(starts, costs, extra, rank, twin, leans, holds, upper):
+def test_two_options_hold_up_what_none_of_them_could_alone():
+    holds = np.zeros((6, 6), np.int8)
+    holds[0, 3], holds[0, 5] = 2, 1
+    costs, leans = [[5, 9], [10, 12], [10, 13]], [True, *[False] * 5]
+    assert {pick for pick in listed(costs, leans, holds, 100.0) if pick[0] == 0} == {(0, 3, 5)}
+    assert {pick for pick in listed(costs, leans, holds, 30.0) if pick[0] == 0} == set()
+
+
+def every_assignment(starts, costs, extra, rank, twin, leans, holds, needed, upper):
     """The same by trying all, for :func:`test_no_assignment_is_missed_and_none_too_many`."""
     found = set()
     for pick in product(*(range(a, b) for a, b in pairwise(starts.tolist()))):
         chosen = list(pick)
-        held = all(holds[o, chosen].any() for o in chosen if leans[o])
+        held = all(holds[o, chosen].sum() >= needed for o in chosen if leans[o])
         ordered = all(t < 0 or rank[pick[t]] <= rank[o] for t, o in zip(twin, pick, strict=True))
         pays = extra[np.ix_(chosen, chosen)].copy()
         if held and ordered and costs[chosen].sum() + matched(len(pick), pays) < upper - 1e-6:
@@ -217,18 +226,21 @@ def test_no_assignment_is_missed_and_none_too_many(count):
         extra = random.choice([0.0] * 7 + [4.0, 9.0, np.inf], (n, n))
         extra = np.maximum(extra, extra.T)
         rank, leans = random.integers(0, 5, n), random.random(n) < 0.5
-        holds = (random.random((n, n)) < 0.3) & ~np.eye(n, dtype=bool)
+        holds = random.choice(np.array([0, 0, 0, 1, 2, 4], np.int8), (n, n))
+        np.fill_diagonal(holds, 0)
+        needed = int(random.integers(1, 5))
         twin = np.array([i - 1 if random.random() < 0.2 else -1 for i in range(count)])
         given = (starts, costs, extra, rank, twin, leans, holds)
         upper = float(costs[starts[:-1]].sum() + random.integers(5, 80))
         held = np.ascontiguousarray(holds.T)
-        picks = assignments(*given, held, upper, 10**5, 10**7).tolist()
-        wanted = every_assignment(*given, upper)
+        picks = assignments(*given, held, needed, upper, 10**5, 10**7).tolist()
+        wanted = every_assignment(*given, needed, upper)
         assert len(picks) == len(wanted)
         assert {tuple(pick) for pick in picks} == wanted
         some += len(wanted)
         if len(wanted) > 1:
-            assert len(assignments(*given, held, upper, len(wanted) - 1, 10**7)) == len(wanted)
+            most = len(wanted) - 1
+            assert len(assignments(*given, held, needed, upper, most, 10**7)) == len(wanted)
     assert some > 40
 
 

@@ -108,25 +108,32 @@ def _match_with(o, depth, pick, extra, pays, found):  # type: ignore[no-untyped-
 
 
 @njit(cache=True, nogil=True)
-def _holders(starts, costs, leans, holds):  # type: ignore[no-untyped-def]
-    """What a box from number i on pays at least, beyond its own least, to hold up an option.
+def _holders(starts, costs, leans, holds, needed):  # type: ignore[no-untyped-def]
+    """What boxes from number i on pay at least, beyond their own least, to hold up an option.
 
     Returns
     -------
-    (boxes + 1, options); nothing for options that need no other, infinite where none is left.
+    (boxes + 1, corners still needed + 1, options); nothing for options that need no other, infinite
+    where too few are left.
     """
     count = len(starts) - 1
-    found = np.full((count + 1, len(costs)), np.inf)
+    found = np.zeros((count + 1, needed + 1, len(costs)))
     for o in range(len(costs)):
         if not leans[o]:
-            found[count, o] = 0.0
+            continue
+        found[count, 1:, o] = np.inf
         for i in range(count - 1, -1, -1):
-            found[i, o] = found[i + 1, o]
+            found[i, 1:, o] = found[i + 1, 1:, o]
+            most = 0
             for h in range(starts[i], starts[i + 1]):
-                if costs[h] - costs[starts[i]] >= found[i, o]:
+                if holds[o, h] <= most:
+                    continue
+                most = holds[o, h]
+                for lack in range(1, needed + 1):
+                    pays = costs[h] - costs[starts[i]] + found[i + 1, max(lack - most, 0), o]
+                    found[i, lack, o] = min(found[i, lack, o], pays)
+                if most >= needed:
                     break
-                if holds[o, h]:
-                    found[i, o] = costs[h] - costs[starts[i]]
     return found
 
 
@@ -136,7 +143,7 @@ def _supports(starts, leans, holds):  # type: ignore[no-untyped-def]
     first, last = starts[-2], starts[-1]
     at = np.zeros(first + 1, np.int64)
     for o in range(first):
-        at[o + 1] = at[o] + (holds[o, first:last].sum() if leans[o] else 0)
+        at[o + 1] = at[o] + ((holds[o, first:last] > 0).sum() if leans[o] else 0)
     found = np.empty(at[first], np.int64)
     for o in range(first):
         if leans[o]:
@@ -145,25 +152,25 @@ def _supports(starts, leans, holds):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _is_held(o, pick, holds):  # type: ignore[no-untyped-def]
-    found = False
+def _lack(o, pick, holds, needed):  # type: ignore[no-untyped-def]
+    """How many corners of an option that leans are on nothing picked."""
     for h in pick:
-        found = found or holds[o, h]
-    return found
+        needed -= holds[o, h]
+    return max(needed, 0)
 
 
 @njit(cache=True, nogil=True)
-def _in_the_air(pick, leans, holds):  # type: ignore[no-untyped-def]
-    """A pick that needs another one under it and has none, -1 for none."""
+def _in_the_air(pick, leans, holds, needed):  # type: ignore[no-untyped-def]
+    """A pick that needs others under it and has not enough, -1 for none."""
     for o in pick:
-        if leans[o] and not _is_held(o, pick, holds):
+        if leans[o] and _lack(o, pick, holds, needed) > 0:
             return o
     return -1
 
 
 @njit(cache=True, nogil=True)
 def _end_with(  # type: ignore[no-untyped-def]
-    some, room, pick, costs, extra, rank, twin, leans, holds, pays, matches, found
+    some, room, pick, costs, extra, rank, twin, leans, holds, needed, pays, matches, found
 ):
     """Write down the picks with each of ``some`` options for the last box; how many there are.
 
@@ -175,7 +182,9 @@ def _end_with(  # type: ignore[no-untyped-def]
         if costs[o] + matches[(1 << last) - 1] >= room:
             break
         pick[last] = o
-        if _in_the_air(pick, leans, holds) >= 0 or (twin >= 0 and rank[pick[twin]] > rank[o]):
+        if _in_the_air(pick, leans, holds, needed) >= 0:
+            continue
+        if twin >= 0 and rank[pick[twin]] > rank[o]:
             continue
         if costs[o] + _match_with(o, last, pick, extra, pays, matches) < room:
             found[count] = pick
@@ -184,36 +193,44 @@ def _end_with(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _look(first, last, pick, extra, matches, holds, held, later, pay, need):  # type: ignore[no-untyped-def]
+def _look(first, last, pick, extra, matches, holds, held, needed, later, lack, pay, need):  # type: ignore[no-untyped-def]
     """What the options from ``first`` to ``last`` add to those picked for other boxes.
 
     Row by row, for the compiler to make vectors of: this is where the time goes. ``pay`` becomes
-    what disjoint pairs pay at least, ``need`` what a box still to come (``later``, see
-    :func:`_holders`) pays to hold up what nothing holds then.
+    what disjoint pairs pay at least, ``need`` what boxes still to come (``later``, see
+    :func:`_holders`) pay to hold up one that too little holds then.
     """
     count, picked = last - first, len(pick)
     everyone = (1 << picked) - 1
     for o in range(count):
-        pay[o], need[o] = matches[everyone], later[first + o]
+        pay[o], need[o], lack[o] = matches[everyone], 0.0, needed
     for i in range(picked):
         row, rest = extra[pick[i], first:last], matches[everyone & ~(1 << i)]
         over = held[pick[i], first:last]
         for o in range(count):
             pays = row[o] + rest
             pay[o] = pays if pays > pay[o] else pay[o]
-            need[o] = 0.0 if over[o] else need[o]
+            lack[o] -= over[o]
+    for still in range(1, needed + 1):
+        row = later[still, first:last]
+        for o in range(count):
+            need[o] = row[o] if lack[o] >= still else need[o]
     for i in range(picked):
-        least = later[pick[i]]
-        if least > 0.0 and not _is_held(pick[i], pick, holds):
+        still = _lack(pick[i], pick, holds, needed)
+        if later[still, pick[i]] > 0.0:
             under = holds[pick[i], first:last]
+            most = later[still, pick[i]]
+            one, two = later[max(still - 1, 0), pick[i]], later[max(still - 2, 0), pick[i]]
+            all_four = later[max(still - 4, 0), pick[i]]
             for o in range(count):
-                most = need[o] if need[o] > least else least
-                need[o] = need[o] if under[o] else most
+                least = most if under[o] == 0 else one if under[o] == 1 else two
+                least = all_four if under[o] > 2 else least
+                need[o] = need[o] if need[o] > least else least
 
 
 @njit(cache=True, nogil=True)
 def assignments(  # type: ignore[no-untyped-def]
-    starts, costs, extra, rank, twin, leans, holds, held, upper, most, visits
+    starts, costs, extra, rank, twin, leans, holds, held, needed, upper, most, visits
 ):
     """All ways to give each box an option that may cost less than ``upper`` together.
 
@@ -223,8 +240,9 @@ def assignments(  # type: ignore[no-untyped-def]
     costs, extra : least cost of each option, what two of them must pay on top; infinite: never.
     rank, twin : a box has no option of lower rank than box twin[i], which is the same but for its
         id; -1 for none.
-    leans, holds, held : whether an option needs another one under it, and whether it may be this
-        one, [upper, lower] and [lower, upper].
+    leans, holds, held : whether an option needs others under it, and how many of its corners each
+        may hold, 0, 1, 2 or all, [upper, lower] and [lower, upper].
+    needed : how many corners must be held.
     most : how many at most.
     visits : how many options to look at, at most; a closer look counts as :data:`_DEAR`.
 
@@ -237,18 +255,21 @@ def assignments(  # type: ignore[no-untyped-def]
     rest = np.zeros(count + 1)
     for i in range(count - 1, -1, -1):
         rest[i] = rest[i + 1] + costs[starts[i]]
-    holders = _holders(starts, costs, leans, holds)
+    holders = _holders(starts, costs, leans, holds, needed)
     supports, begin = _supports(starts, leans, holds)
     picks = np.empty((64, count), np.int64)
     pick, at, end = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count, np.int64)
     pays, matches = np.zeros((count, count)), np.zeros(1 << count)
     widest = np.diff(starts).max()
     pay, need = np.zeros((count, widest)), np.zeros((count, widest))
+    lack = np.zeros(widest, np.int8)
     spent = np.zeros(count + 1)
     found, depth, new = 0, 0, True
     while depth >= 0:
         first, room = starts[depth], upper - EPS - spent[depth] - rest[depth + 1]
-        alone = _in_the_air(pick[:depth], leans, holds) if new and depth == count - 1 else -1
+        alone = -1
+        if new and depth == count - 1:
+            alone = _in_the_air(pick[:depth], leans, holds, needed)
         if alone >= 0:
             # only what holds this one up may be the last, and that is little
             some = supports[begin[alone] : begin[alone + 1]]
@@ -256,8 +277,8 @@ def assignments(  # type: ignore[no-untyped-def]
             while found + len(some) > len(picks):
                 picks = np.concatenate((picks, np.empty_like(picks)))
             found += _end_with(
-                some, room, pick, costs, extra, rank, twin[depth], leans, holds, pays, matches,
-                picks[found:],
+                some, room, pick, costs, extra, rank, twin[depth], leans, holds, needed, pays,
+                matches, picks[found:],
             )  # fmt: skip
             if found > most or visits < 0:
                 return np.empty((most + 1, count), np.int64)
@@ -270,8 +291,8 @@ def assignments(  # type: ignore[no-untyped-def]
             if visits < 0:
                 return np.empty((most + 1, count), np.int64)
             _look(
-                first, end[depth], pick[:depth], extra, matches, holds, held, holders[depth + 1],
-                pay[depth], need[depth],
+                first, end[depth], pick[:depth], extra, matches, holds, held, needed,
+                holders[depth + 1], lack, pay[depth], need[depth],
             )  # fmt: skip
             new = False
         o = at[depth]

@@ -129,7 +129,8 @@ class GroupedSearch:
             return False
         picks = assignments(
             listing.starts, listing.cost, listing.extra, listing.rank, self._twins, listing.leans,
-            listing.holds, listing.held, min(goal, self._upper), _MOST_ASSIGNMENTS, _MOST_VISITS,
+            listing.holds, listing.held, listing.needed, min(goal, self._upper), _MOST_ASSIGNMENTS,
+            _MOST_VISITS,
         )  # fmt: skip
         if len(picks) > _MOST_ASSIGNMENTS:
             return False

@@ -32,7 +32,7 @@ def problem_of(own, options, row_sizes, row_range, after, beside, ground, w1, co
     Parameters
     ----------
     options : (rows, base and top, what it costs besides w1 (x + y), whether it leans, whether a
-        placed top is level with its base, which other option may hold it up) of all options.
+        placed top is level with its base, how many corners others may hold) of all options.
     row_sizes, row_range : x and y sizes of each row, its least and most x and y, cells.
     after, beside : places of each row as from :func:`.places.next_places`; where it is beside a
         wall or placed box, (rows, axes, cells).
@@ -69,7 +69,7 @@ def problem_of(own, options, row_sizes, row_range, after, beside, ground, w1, co
             low[i, axis] = min(row_range[first, axis, 0], row_range[last, axis, 0])
             high[i, axis] = max(row_range[first, axis, 1], row_range[last, axis, 1])
         for k in range(count):
-            under[i, k] = holds[o, own[k]]
+            under[i, k] = holds[o, own[k]] > 0
             meets[i, k] = span[o, 0] < span[own[k], 1] and span[own[k], 0] < span[o, 1]
     for i in range(count):
         if not leans[own[i]] or level[own[i]] or ground[1][1] < _WHOLE_BASE or under[i].sum() != 1:

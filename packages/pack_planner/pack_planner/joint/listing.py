@@ -12,7 +12,15 @@ from pack_msgs_py.values import Box
 from pack_planner.engine import BinModel
 from pack_planner.joint.assign import pair_costs
 from pack_planner.joint.groups import problem_of, row_ranges
-from pack_planner.joint.options import BinPlaces, Flags, Ints, Options, can_hold, list_options
+from pack_planner.joint.options import (
+    BinPlaces,
+    Corners,
+    Flags,
+    Ints,
+    Options,
+    holding,
+    list_options,
+)
 from pack_planner.joint.places import next_places
 
 #: Options that are compared in pairs at most.
@@ -28,7 +36,9 @@ class Listing:
     bin_of, base, leans, cost : of each option: its bin, its base in millimetres, whether it needs
         another option under it, the least that it costs.
     extra : what two options must pay on top, infinite where they cannot be had together.
-    holds, held : whether the one option may lie under the other, [upper, lower], [lower, upper].
+    holds, held : how many corners of one option another one under it may hold at most, [upper,
+        lower] and [lower, upper].
+    needed : corners that must be held.
     rank : equal for the same option of another box, and in one order for all boxes.
     """
 
@@ -64,12 +74,13 @@ class Listing:
     def _compare(self, order: Ints, limits: NDArray[np.float64]) -> None:
         count = len(order)
         self.extra = np.zeros((count, count))
-        self.holds: Flags = np.zeros((count, count), np.bool_)
-        self._under: list[Flags] = []
+        self.holds: Corners = np.zeros((count, count), np.int8)
+        self.needed = max(self._places[0].ground[1][1], 1)
+        self._under: list[Corners] = []
         for j, (one, places) in enumerate(zip(self._options, self._places, strict=True)):
             here = np.flatnonzero(self.bin_of == j)
             at, own = np.ix_(here, here), np.ix_(self._local[here], self._local[here])
-            under = can_hold(one, places.ground[1][0])
+            under = holding(one, places.ground)
             self._under.append(under)
             self.holds[at] = under[own]
             sizes = places.shapes[one.row[:, 3], 2:4]
@@ -77,7 +88,7 @@ class Listing:
                 one.rows, one.by_x, one.by_y, sizes, np.column_stack([one.base, one.top]), one.box,
                 one.cost, one.flat, places.weights[0], limits,
             )[own]  # fmt: skip
-        self.held: Flags = np.ascontiguousarray(self.holds.T)
+        self.held: Corners = np.ascontiguousarray(self.holds.T)
 
     def shape_of(self, option: int, turn: int) -> int:
         """Which shape of its bin an option in one of its turns is."""

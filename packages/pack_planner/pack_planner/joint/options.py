@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from pack_msgs_py.orientation import ORIENTATIONS
@@ -20,6 +21,7 @@ from pack_planner.joint.places import list_rows
 
 Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
+Corners = NDArray[np.int8]
 #: Refused positions of a box in a bin.
 Zones = Sequence[Zone] | None
 
@@ -138,7 +140,7 @@ def list_options(
         shape[:, 0], row[starts, 1], row[starts, 1] + shape[:, 4], row[starts, 2] == 1, size,
         flat + places.weights[0] * nearest[rows].min(axis=1), flat, rows, row, by_x, by_y,
     )  # fmt: skip
-    return _with_holders(found, places.ground[1][0])
+    return _with_holders(found, places.ground)
 
 
 def _faces(shapes: Ints, plain: Sequence[bool]) -> Ints:
@@ -168,25 +170,55 @@ def _sums(tops: NDArray[np.int32], heights: Sequence[set[int]], limit: int) -> F
     return found
 
 
-def can_hold(options: Options, tolerance: int) -> Flags:
-    """Whether the one option may lie under the other, [upper, lower]."""
-    gap = options.base[:, None] - options.top[None, :]
-    found: Flags = (
-        options.leans[:, None]
-        & (gap >= 0)
-        & (gap <= tolerance)
-        & (options.box[:, None] != options.box[None, :])
-    )
+def holding(options: Options, ground: tuple[NDArray[np.int32], tuple[int, int]]) -> Corners:
+    """How many corners of one option another one under it may hold at most, [upper, lower].
+
+    All that are needed where a placed top is level with the base, since that may hold the others.
+    """
+    height, (tolerance, needed) = ground
+    tops = np.unique(height[height > 0])
+    gap = options.base[:, None] - tops[None, :]
+    level = ((gap >= 0) & (gap <= tolerance)).any(axis=1)
+    found: Corners = _corners(
+        options.box, options.base, options.top, options.leans, level, options.size, tolerance,
+        max(needed, 1),
+    )  # fmt: skip
     return found
 
 
-def _with_holders(options: Options, tolerance: int) -> Options:
-    """Without options that lean on nothing."""
+@njit(cache=True, nogil=True)
+def _corners(box, base, top, leans, level, size, tolerance, needed):  # type: ignore[no-untyped-def]
+    """See :func:`holding`; a base with two corners on a box has an edge that is no longer."""
+    count = len(box)
+    found = np.zeros((count, count), np.int8)
+    for o in range(count):
+        if not leans[o]:
+            continue
+        for h in range(count):
+            if box[h] == box[o] or not 0 <= base[o] - top[h] <= tolerance:
+                continue
+            most = 1
+            if size[o, 0] <= size[h, 0] and size[o, 1] <= size[h, 1]:
+                most = 4
+            elif size[o, 0] <= size[h, 1]:
+                most = 2
+            found[o, h] = max(most, needed) if level[o] else most
+    return found
+
+
+def _with_holders(options: Options, ground: tuple[NDArray[np.int32], tuple[int, int]]) -> Options:
+    """Without options that lean on too little."""
+    needed = max(ground[1][1], 1)
     keep = np.arange(len(options.box))
     while True:
-        held = can_hold(chosen(options, keep), tolerance).any(axis=1) | ~options.leans[keep]
+        some = chosen(options, keep)
+        corners = holding(some, ground)
+        most = np.zeros(len(keep), np.int64)
+        for b in np.unique(some.box):
+            most += corners[:, some.box == b].max(axis=1)
+        held = (most >= needed) | ~some.leans
         if held.all():
-            return chosen(options, keep)
+            return some
         keep = keep[held]
 
 
