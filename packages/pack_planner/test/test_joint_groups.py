@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise, product
+from itertools import combinations, pairwise, product
 
 import numpy as np
 import pytest
@@ -16,9 +16,13 @@ from pack_planner.algorithms.incumbent import best_incumbent, greedy
 from pack_planner.algorithms.mpack import warm_up
 from pack_planner.engine import Engine, Weights, Zone
 from pack_planner.engine.engine import REFUSED_RADIUS_MM
-from pack_planner.joint.assign import assignments, pair_costs
+from pack_planner.joint.assign import assignments
+from pack_planner.joint.behind import least_behind, room_for
 from pack_planner.joint.grouped import GroupedSearch
-from pack_planner.joint.relations import matched, matched_wholes, search
+from pack_planner.joint.matching import matched, matched_wholes
+from pack_planner.joint.option_pairs import pair_costs
+from pack_planner.joint.options import Options, holding
+from pack_planner.joint.relations import search
 from pack_planner.joint.solution import all_touch, joint_violations
 from pack_planner.joint.solve import JointSearch
 
@@ -163,11 +167,14 @@ def test_two_boxes_that_both_want_a_corner_pay_for_the_lesser_step_aside():
     sizes, box = np.array([[10, 20], [15, 8]]), np.array([0, 1])
     free, zeros, limits = free_rows(2, cells), np.zeros(2), np.full((2, 2), 1e6)
     side_by_side = np.array([[0, 300], [100, 400]])
-    costs = pair_costs(rows, free, free, sizes, side_by_side, box, zeros, zeros, 10.0, limits)
+    costs, behind = pair_costs(
+        rows, free, free, sizes, side_by_side, box, zeros, zeros, 10.0, limits
+    )
     assert costs[0, 1] == costs[1, 0] == 80.0  # the first one 8 cells behind the second
+    assert (behind[0, 1], behind[1, 0]) == (80.0, 100.0)
     stacked = np.array([[0, 300], [300, 600]])
-    costs = pair_costs(rows, free, free, sizes, stacked, box, zeros, zeros, 10.0, limits)
-    assert costs[0, 1] == 0.0
+    costs, behind = pair_costs(rows, free, free, sizes, stacked, box, zeros, zeros, 10.0, limits)
+    assert costs[0, 1] == behind[0, 1] == 0.0
 
 
 def listed(costs, leans, holds, upper):
@@ -176,7 +183,7 @@ def listed(costs, leans, holds, upper):
     extra = np.zeros((count * each, count * each))
     starts = np.arange(0, count * each + 1, each)
     picks = assignments(
-        starts, np.array(costs, float).ravel(), extra, np.arange(count * each),
+        starts, np.array(costs, float).ravel(), extra, extra, np.arange(count * each),
         np.full(count, -1), np.array(leans, bool), holds, np.ascontiguousarray(holds.T), 3, upper,
         100, 10**6,
     )  # fmt: skip
@@ -201,7 +208,7 @@ def test_two_options_hold_up_what_none_of_them_could_alone():
     assert {pick for pick in listed(costs, leans, holds, 30.0) if pick[0] == 0} == set()
 
 
-def every_assignment(starts, costs, extra, rank, twin, leans, holds, needed, upper):
+def every_assignment(starts, costs, extra, _behind, rank, twin, leans, holds, needed, upper):
     """The same by trying all, for :func:`test_no_assignment_is_missed_and_none_too_many`."""
     found = set()
     for pick in product(*(range(a, b) for a, b in pairwise(starts.tolist()))):
@@ -230,7 +237,7 @@ def test_no_assignment_is_missed_and_none_too_many(count):
         np.fill_diagonal(holds, 0)
         needed = int(random.integers(1, 5))
         twin = np.array([i - 1 if random.random() < 0.2 else -1 for i in range(count)])
-        given = (starts, costs, extra, rank, twin, leans, holds)
+        given = (starts, costs, extra, np.zeros((n, n)), rank, twin, leans, holds)
         upper = float(costs[starts[:-1]].sum() + random.integers(5, 80))
         held = np.ascontiguousarray(holds.T)
         picks = assignments(*given, held, needed, upper, 10**5, 10**7).tolist()
@@ -242,6 +249,88 @@ def test_no_assignment_is_missed_and_none_too_many(count):
             most = len(wanted) - 1
             assert len(assignments(*given, held, needed, upper, most, 10**7)) == len(wanted)
     assert some > 40
+
+
+def least_by_trying(pays, count):
+    """What boxes pay at least, by all ways to say who of each pair goes behind."""
+    found = np.inf
+    for ways in product((0, 1), repeat=len(pays)):
+        asked = [pays[n, way] for n, way in enumerate(ways)]
+        found = min(found, np.max([np.zeros(count), *asked], axis=0).sum())
+    return found
+
+
+@pytest.mark.parametrize('count', [2, 3, 4, 5])
+def test_of_two_boxes_that_meet_one_goes_behind_and_pays_once_for_all_before_it(count):
+    random = np.random.default_rng(count)
+    for _ in range(60):
+        pairs = int(random.integers(0, count * (count - 1) // 2 + 1))
+        room = room_for(count)
+        some = random.choice([0.0, 0.0, 3.0, 4.0, 10.0, 1e18], (pairs, 2, count))
+        room[0][:pairs] = some
+        wanted = least_by_trying(some, count)
+        most = float(random.choice([5.0, 20.0, np.inf]))
+        assert least_behind(count, pairs, most, room) == min(wanted, most)
+
+
+def test_of_boxes_that_all_want_one_corner_all_but_one_pay():
+    room = room_for(4)
+    for pair, (i, k) in enumerate(combinations(range(4), 2)):
+        room[0][pair, 0, k] = room[0][pair, 1, i] = 10.0
+    assert least_behind(4, 6, np.inf, room) == 30.0
+
+
+def held_corners(sizes, height, needed=3):
+    """Corners of the second box that the first one may hold; bases sorted, the second on top."""
+    count = len(sizes)
+    top = np.arange(1, count + 1) * 100
+    flags = np.arange(count) > 0
+    options = Options(
+        np.arange(count), top - 100, top, flags, np.array([(*size, 10) for size in sizes]),
+        *[np.zeros(count)] * 2, *[np.zeros((count, 2), int)] * 2, *[np.zeros((1, 1), np.int16)] * 2,
+    )  # fmt: skip
+    return int(holding(options, (np.full((3, 3), height, np.int32), (5, needed)))[1, 0])
+
+
+def test_a_box_holds_no_more_corners_than_it_is_large():
+    assert held_corners([(4, 6), (4, 6)], 0) == 4
+    assert held_corners([(4, 6), (5, 6)], 0) == 2  # an edge of 5 on one of 6
+    assert held_corners([(4, 6), (7, 9)], 0) == 1
+    # a placed top at the same height may hold the others
+    assert held_corners([(4, 6), (7, 9)], 98) == 3
+    assert held_corners([(4, 6), (7, 9)], 90) == 1
+
+
+@pytest.mark.parametrize('cep', [False, True])
+@settings(max_examples=25, deadline=None, derandomize=True)
+@given(seed=st.integers(0, 10**6), count=st.integers(2, 4))
+def test_without_a_known_solution_it_finds_one_or_proves_there_is_none(cep, seed, count):
+    problem = replace(tiny_problem(ENGINES['paper'], seed, count), cep=cep)
+    over_places = JointSearch(
+        problem.engine, problem.boxes, problem.bins, problem.forbidden, cep=cep
+    ).run(20_000, lambda: False)
+    found = grouped(problem, None)
+    assert found.lower_bound <= over_places.objective + 1e-6
+    if found.proven and over_places.proven:
+        assert found.objective == pytest.approx(over_places.objective)
+    if found.candidates is not None:
+        assert joint_violations(found.candidates, problem.bins, problem.engine) == []
+        assert found.objective >= over_places.lower_bound - 1e-6
+
+
+def test_boxes_that_do_not_fit_together_are_proven_not_to():
+    proven = 0
+    for seed in range(240):
+        problem = tiny_problem(ENGINES['paper'], seed, 4)
+        over_places = JointSearch(
+            problem.engine, problem.boxes, problem.bins, problem.forbidden
+        ).run(20_000, lambda: False)
+        if over_places.proven and over_places.candidates is None:
+            found = grouped(problem, None)
+            assert found.candidates is None
+            assert found.lower_bound == np.inf
+            proven += 1
+    assert proven > 3
 
 
 def test_pairs_that_share_no_box_add_up_and_triples_count_half():

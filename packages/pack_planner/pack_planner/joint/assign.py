@@ -10,85 +10,19 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from pack_planner.joint.bounds import NEVER
+from pack_planner.joint.behind import least_behind, room_for
 from pack_planner.joint.branching import EPS
-from pack_planner.joint.places import FAR
-from pack_planner.joint.relations import matched
+from pack_planner.joint.matching import matched
 
 #: Options that are looked at in the time in which one is looked at more closely.
 _DEAR = 16
 
 
 @njit(cache=True, nogil=True)
-def suffix_least(profile):  # type: ignore[no-untyped-def]
-    """The least of a + profile[a] from each cell a on, per row; one more column, ``NEVER``."""
-    found = np.full((profile.shape[0], profile.shape[1] + 1), NEVER)
-    for r in range(len(profile)):
-        for a in range(profile.shape[1] - 1, -1, -1):
-            found[r, a] = found[r, a + 1]
-            if profile[r, a] < FAR:
-                found[r, a] = min(found[r, a], a + profile[r, a])
-    return found
-
-
-@njit(cache=True, nogil=True)
-def _beside(first, after, wide, best):  # type: ignore[no-untyped-def]
-    """The least x + y of two rows in sum, less than ``best``, the second ``wide`` cells on."""
-    for a in range(len(first)):
-        if a >= best:
-            break
-        if first[a] < FAR and a + wide < len(after):
-            best = min(best, a + first[a] + after[a + wide])
-    return best
-
-
-@njit(cache=True, nogil=True)
-def pair_costs(rows, by_x, by_y, sizes, span, box, cost, flat, w1, limits):  # type: ignore[no-untyped-def]
-    """What two options in one bin must pay on top of their least costs, (options, options).
-
-    Parameters
-    ----------
-    rows : the turns of each option, numbers of rows, (options, 2).
-    by_x, by_y : least y at each x, least x at each y of the places of each row.
-    sizes : of each row along x and y, cells.
-    span : base and top of each option.
-    box, cost, flat : of each option: its box, its least cost, what of it is not w1 (x + y).
-    limits : for two boxes, the most that both may cost together; infinite stands for more.
-    """
-    count = len(rows)
-    after_x, after_y = suffix_least(by_x), suffix_least(by_y)
-    found = np.zeros((count, count))
-    for i in range(count):
-        for k in range(i + 1, count):
-            if box[i] == box[k]:
-                continue
-            least = cost[i] + cost[k]
-            limit = limits[box[i], box[k]]
-            if least < limit and span[i, 0] < span[k, 1] and span[k, 0] < span[i, 1]:
-                best = NEVER
-                if w1 > 0:
-                    best = int(min(NEVER, np.ceil((limit - flat[i] - flat[k]) / w1)))
-                worst = best
-                for p in range(2):
-                    for q in range(2):
-                        r, s = rows[i, p], rows[k, q]
-                        if (p == 1 and r == rows[i, 0]) or (q == 1 and s == rows[k, 0]):
-                            continue
-                        best = _beside(by_x[r], after_x[s], sizes[r, 0], best)
-                        best = _beside(by_x[s], after_x[r], sizes[s, 0], best)
-                        best = _beside(by_y[r], after_y[s], sizes[r, 1], best)
-                        best = _beside(by_y[s], after_y[r], sizes[s, 1], best)
-                least = max(least, flat[i] + flat[k] + w1 * best) if best < worst else np.inf
-            pays = least - cost[i] - cost[k] if least < limit else np.inf
-            found[i, k] = found[k, i] = max(0.0, pays)
-    return found
-
-
-@njit(cache=True, nogil=True)
 def _match_with(o, depth, pick, extra, pays, found):  # type: ignore[no-untyped-def]
     """What the boxes up to ``depth`` must pay with option ``o`` for this one.
 
-    ``found`` becomes :func:`.relations.matched` of every set of boxes that has this one.
+    ``found`` becomes :func:`.matching.matched` of every set of boxes that has this one.
     """
     for i in range(depth):
         pays[i, depth] = pays[depth, i] = extra[pick[i], o]
@@ -105,6 +39,23 @@ def _match_with(o, depth, pick, extra, pays, found):  # type: ignore[no-untyped-
                         best = max(best, 0.5 * three + found[others & ~(1 << k)])
         found[last | rest] = best
     return found[(last << 1) - 1]
+
+
+@njit(cache=True, nogil=True)
+def _behind(pick, behind, most, room):  # type: ignore[no-untyped-def]
+    """What those picked must pay at least, ``most`` if not less, see :func:`.behind.least_behind`.
+
+    ``room`` is from :func:`.behind.room_for`.
+    """
+    pays, count, pairs = room[0], len(pick), 0
+    for i in range(count):
+        for k in range(i):
+            one, other = behind[pick[i], pick[k]], behind[pick[k], pick[i]]
+            if one > 0.0 and other > 0.0:
+                pays[pairs, :, :count] = 0.0
+                pays[pairs, 0, i], pays[pairs, 1, k] = one, other
+                pairs += 1
+    return least_behind(count, pairs, most, room)
 
 
 @njit(cache=True, nogil=True)
@@ -170,7 +121,8 @@ def _in_the_air(pick, leans, holds, needed):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _end_with(  # type: ignore[no-untyped-def]
-    some, room, pick, costs, extra, rank, twin, leans, holds, needed, pays, matches, found
+    some, room, pick, costs, extra, behind, rank, twin, leans, holds, needed, pays, matches,
+    room_behind, found,
 ):
     """Write down the picks with each of ``some`` options for the last box; how many there are.
 
@@ -186,7 +138,10 @@ def _end_with(  # type: ignore[no-untyped-def]
             continue
         if twin >= 0 and rank[pick[twin]] > rank[o]:
             continue
-        if costs[o] + _match_with(o, last, pick, extra, pays, matches) < room:
+        if costs[o] + _match_with(o, last, pick, extra, pays, matches) >= room:
+            continue
+        left = room - costs[o]
+        if _behind(pick, behind, left, room_behind) < left:
             found[count] = pick
             count += 1
     return count
@@ -230,7 +185,7 @@ def _look(first, last, pick, extra, matches, holds, held, needed, later, lack, p
 
 @njit(cache=True, nogil=True)
 def assignments(  # type: ignore[no-untyped-def]
-    starts, costs, extra, rank, twin, leans, holds, held, needed, upper, most, visits
+    starts, costs, extra, behind, rank, twin, leans, holds, held, needed, upper, most, visits
 ):
     """All ways to give each box an option that may cost less than ``upper`` together.
 
@@ -238,6 +193,7 @@ def assignments(  # type: ignore[no-untyped-def]
     ----------
     starts : options of box i are those from starts[i] to starts[i + 1], the cheapest first.
     costs, extra : least cost of each option, what two of them must pay on top; infinite: never.
+    behind : what one must pay when it goes behind another one, [behind, in front].
     rank, twin : a box has no option of lower rank than box twin[i], which is the same but for its
         id; -1 for none.
     leans, holds, held : whether an option needs others under it, and how many of its corners each
@@ -263,6 +219,7 @@ def assignments(  # type: ignore[no-untyped-def]
     widest = np.diff(starts).max()
     pay, need = np.zeros((count, widest)), np.zeros((count, widest))
     lack = np.zeros(widest, np.int8)
+    room_behind = room_for(count)
     spent = np.zeros(count + 1)
     found, depth, new = 0, 0, True
     while depth >= 0:
@@ -277,8 +234,8 @@ def assignments(  # type: ignore[no-untyped-def]
             while found + len(some) > len(picks):
                 picks = np.concatenate((picks, np.empty_like(picks)))
             found += _end_with(
-                some, room, pick, costs, extra, rank, twin[depth], leans, holds, needed, pays,
-                matches, picks[found:],
+                some, room, pick, costs, extra, behind, rank, twin[depth], leans, holds, needed,
+                pays, matches, room_behind, picks[found:],
             )  # fmt: skip
             if found > most or visits < 0:
                 return np.empty((most + 1, count), np.int64)
@@ -309,6 +266,10 @@ def assignments(  # type: ignore[no-untyped-def]
         if costs[o] + need[depth, o - first] + must_pay >= room:
             continue
         pick[depth] = o
+        if depth > 1:
+            left = room - costs[o]
+            if _behind(pick[: depth + 1], behind, left, room_behind) >= left:
+                continue
         if depth < count - 1:
             spent[depth + 1] = spent[depth] + costs[o]
             depth += 1
@@ -324,15 +285,17 @@ def assignments(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def group_bounds(groups, costs, extra):  # type: ignore[no-untyped-def]
+def group_bounds(groups, costs, extra, behind):  # type: ignore[no-untyped-def]
     """The least that each group costs; rows of ``groups`` are options, -1 for none."""
     found = np.zeros(len(groups))
+    pick, room_behind = np.zeros(groups.shape[1], np.int64), room_for(groups.shape[1])
     pays = np.zeros((groups.shape[1], groups.shape[1]))
     for g in range(len(groups)):
         size = 0
         for i in range(groups.shape[1]):
             if groups[g, i] >= 0:
                 found[g] += costs[groups[g, i]]
+                pick[size] = groups[g, i]
                 size += 1
                 other = 0
                 for k in range(i):
@@ -341,7 +304,8 @@ def group_bounds(groups, costs, extra):  # type: ignore[no-untyped-def]
                             groups[g, k], groups[g, i]
                         ]
                         other += 1
-        found[g] += matched(size, pays)
+        in_front = _behind(pick[:size], behind, np.inf, room_behind)
+        found[g] += max(matched(size, pays), in_front)
     return found
 
 

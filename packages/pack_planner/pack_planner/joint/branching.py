@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numba import njit
+from pack_planner.joint.compiled import compiled
 
 #: No relation.
 NONE = -(1 << 29)
@@ -16,45 +15,63 @@ OPEN, PLACED, NOTHING, ON = 0, 1, 2, 3
 EITHER = 2
 
 
-@njit(cache=True, nogil=True)
-def _child(node, nodes, counters):  # type: ignore[no-untyped-def]
-    """A copy of ``node`` on top of the stack."""
+@compiled
+def copy(nodes, here, there):  # type: ignore[no-untyped-def]
+    """Copy node number ``here`` over another one, element by element."""
+    count = nodes[0].shape[1]
+    nodes[8][there, 0] = nodes[8][here, 0]
+    for i in range(count):
+        nodes[5][there, i] = nodes[5][here, i]
+        nodes[6][there, i] = nodes[6][here, i]
+        nodes[11][there, i] = nodes[11][here, i]
+        for axis in range(2):
+            nodes[0][there, i, axis] = nodes[0][here, i, axis]
+            nodes[1][there, i, axis] = nodes[1][here, i, axis]
+            nodes[9][there, i, axis] = nodes[9][here, i, axis]
+            nodes[10][there, i, axis] = nodes[10][here, i, axis]
+            for k in range(count):
+                nodes[2][there, axis, i, k] = nodes[2][here, axis, i, k]
+        for k in range(count):
+            nodes[3][there, i, k] = nodes[3][here, i, k]
+        for c in range(4):
+            nodes[4][there, i, c] = nodes[4][here, i, c]
+        for c in range(3):
+            nodes[7][there, i, c] = nodes[7][here, i, c]
+
+
+@compiled
+def _child(nodes, counters):  # type: ignore[no-untyped-def]
+    """A copy of the node that is looked at on top of the stack."""
     new = counters[0]
     counters[0] = new + 1
-    nodes[0][new] = node[0]
-    nodes[1][new] = node[1]
-    nodes[2][new] = node[2]
-    nodes[3][new] = node[3]
-    nodes[4][new] = node[4]
-    nodes[5][new] = node[5]
-    nodes[6][new] = node[6]
-    nodes[7][new] = node[7]
-    nodes[8][new] = node[8]
-    nodes[9][new] = node[9]
-    nodes[10][new] = node[10]
-    nodes[11][new] = node[11]
+    copy(nodes, len(nodes[0]) - 1, new)
     return new
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def relate(apart, axis, i, k, distance):  # type: ignore[no-untyped-def]
     """Box ``i`` lies at least ``distance`` beyond ``k`` along ``axis``."""
     apart[axis, i, k] = max(apart[axis, i, k], distance)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def part(i, k, costs, rest, problem, node, nodes, counters, upper):  # type: ignore[no-untyped-def]
     """Children in which boxes ``i`` and ``k`` do not meet; the cheapest comes up first."""
     sizes = problem[2]
-    base = node[8][0]
-    flat = costs.ravel()
-    for which in np.argsort(-flat):
-        if flat[which] >= HUGE or rest + flat[which] >= upper - EPS:
-            continue
-        p, q, side = which // 8, which // 4 % 2, which % 4
+    base, most = node[8][0], upper - EPS - rest
+    while True:
+        cost, p, q, side = -1.0, 0, 0, 0
+        for t in range(2):
+            for u in range(2):
+                for s in range(4):
+                    if cost < costs[t, u, s] < most:
+                        cost, p, q, side = costs[t, u, s], t, u, s
+        if cost < 0.0:
+            return
+        costs[p, q, side] = HUGE
         axis = side // 2
-        new = _child(node, nodes, counters)
-        nodes[8][new, 0] = max(base, rest + flat[which])
+        new = _child(nodes, counters)
+        nodes[8][new, 0] = max(base, rest + cost)
         nodes[5][new, i], nodes[5][new, k] = p, q
         nodes[11][new, i] = nodes[11][new, k] = True
         apart, known = nodes[2][new], nodes[3][new]
@@ -66,7 +83,7 @@ def part(i, k, costs, rest, problem, node, nodes, counters, upper):  # type: ign
             relate(apart, 0, b, a, 1 - sizes[b, tb, 0])
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def broken(node, nodes, counters):  # type: ignore[no-untyped-def]
     """Cut the range of a box whose place breaks a relation; False if all hold."""
     apart, place = node[2], node[7]
@@ -78,23 +95,23 @@ def broken(node, nodes, counters):  # type: ignore[no-untyped-def]
                 if d == NONE or place[i, axis] >= place[k, axis] + d:
                     continue
                 cut = place[i, axis] - d
-                new = _child(node, nodes, counters)
+                new = _child(nodes, counters)
                 nodes[0][new, k, axis] = cut + 1
                 nodes[11][new, k] = True
-                new = _child(node, nodes, counters)
+                new = _child(nodes, counters)
                 nodes[1][new, k, axis] = cut
                 nodes[11][new, k] = True
                 return True
     return False
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def rests(a, b, height, base, tolerance):  # type: ignore[no-untyped-def]
     """Whether a placed box is right under ``base`` at the cell (a, b)."""
     return height[a, b] > 0 and base - tolerance <= height[a, b] <= base
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def hanging(problem, node):  # type: ignore[no-untyped-def]
     """A box with too few corners on something, and a corner of it to decide on; (-1, -1): none."""
     sizes, leans, holds = problem[2], problem[5], problem[6]
@@ -104,7 +121,7 @@ def hanging(problem, node):  # type: ignore[no-untyped-def]
     for i in range(count):
         if not leans[i]:
             continue
-        x, y, t = place[i]
+        x, y, t = place[i, 0], place[i, 1], place[i, 2]
         good, open_corner = 0, -1
         for c in range(4):
             a = x if c % 2 == 0 else x + sizes[i, t, 0] - 1
@@ -127,29 +144,29 @@ def hanging(problem, node):  # type: ignore[no-untyped-def]
     return -1, -1
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _turned(i, node, nodes, counters):  # type: ignore[no-untyped-def]
     """One child for each turn of box ``i``; False if it has one only."""
     if node[5][i] != EITHER:
         return False
     chosen = node[7][i, 2]
     for t in (1 - chosen, chosen):
-        new = _child(node, nodes, counters)
+        new = _child(nodes, counters)
         nodes[5][new, i] = t
         nodes[11][new, i] = True
     return True
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _on(i, k, t, node, nodes, counters):  # type: ignore[no-untyped-def]
     """A child in which box ``k``, turned ``t``, is under box ``i``; its number."""
-    new = _child(node, nodes, counters)
+    new = _child(nodes, counters)
     nodes[11][new, i] = nodes[11][new, k] = True
     nodes[5][new, k] = t
     return new
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def hold(i, corner, problem, node, nodes, counters):  # type: ignore[no-untyped-def]
     """Children that say what ``corner`` of box ``i`` lies on."""
     if _turned(i, node, nodes, counters):
@@ -170,10 +187,10 @@ def hold(i, corner, problem, node, nodes, counters):  # type: ignore[no-untyped-
         free += int(node[4][i, c] == NOTHING)
     off = (0 if corner % 2 == 0 else own[0] - 1, 0 if corner < 2 else own[1] - 1)
     if free < 4 - needed:
-        new = _child(node, nodes, counters)
+        new = _child(nodes, counters)
         nodes[4][new, i, corner] = NOTHING
         nodes[11][new, i] = True
-    new = _child(node, nodes, counters)
+    new = _child(nodes, counters)
     nodes[4][new, i, corner] = PLACED
     nodes[11][new, i] = True
     for k in range(count):
@@ -187,7 +204,7 @@ def hold(i, corner, problem, node, nodes, counters):  # type: ignore[no-untyped-
                 relate(nodes[2][new], axis, k, i, off[axis] + 1 - sizes[k, t, axis])
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def loose(problem, node):  # type: ignore[no-untyped-def]
     """A box that touches nothing along an axis, and the axis; (-1, -1): none."""
     rows, sizes, beside = problem[1], problem[2], problem[7]
@@ -211,7 +228,7 @@ def loose(problem, node):  # type: ignore[no-untyped-def]
     return -1, -1
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def attach(i, axis, problem, node, nodes, counters):  # type: ignore[no-untyped-def]
     """Children that say what box ``i`` touches along ``axis``."""
     if _turned(i, node, nodes, counters):
@@ -223,18 +240,18 @@ def attach(i, axis, problem, node, nodes, counters):  # type: ignore[no-untyped-
             if k == i or (node[5][k] != EITHER and node[5][k] != t):
                 continue
             for extent in (sizes[k, t, axis], -own):
-                new = _child(node, nodes, counters)
+                new = _child(nodes, counters)
                 nodes[5][new, k] = t
                 nodes[9][new, i, axis] = 2
                 nodes[11][new, i] = nodes[11][new, k] = True
                 relate(nodes[2][new], axis, i, k, extent)
                 relate(nodes[2][new], axis, k, i, -extent)
-    new = _child(node, nodes, counters)
+    new = _child(nodes, counters)
     nodes[9][new, i, axis] = 1
     nodes[11][new, i] = True
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def around(node, nodes, counters):  # type: ignore[no-untyped-def]
     """Cut the ranges of some box around its place, which it may keep; none if all are fixed."""
     lo, hi, place = node[0], node[1], node[7]
@@ -246,7 +263,7 @@ def around(node, nodes, counters):  # type: ignore[no-untyped-def]
         for axis in range(2):
             at = place[i, axis]
             for below in (True, False):
-                new = _child(node, nodes, counters)
+                new = _child(nodes, counters)
                 nodes[11][new, i] = True
                 for e in range(axis):
                     nodes[0][new, i, e] = nodes[1][new, i, e] = place[i, e]
@@ -254,7 +271,7 @@ def around(node, nodes, counters):  # type: ignore[no-untyped-def]
                     nodes[1][new, i, axis] = at - 1
                 else:
                     nodes[0][new, i, axis] = at + 1
-        new = _child(node, nodes, counters)
+        new = _child(nodes, counters)
         nodes[11][new, i] = True
         for axis in range(2):
             nodes[0][new, i, axis] = nodes[1][new, i, axis] = place[i, axis]

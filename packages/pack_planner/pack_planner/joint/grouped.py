@@ -28,7 +28,7 @@ from pack_planner.joint.assign import (
     least_open,
     next_open,
 )
-from pack_planner.joint.bounds import Reach
+from pack_planner.joint.bounds import UNBOUNDED, Reach
 from pack_planner.joint.domains import paint
 from pack_planner.joint.groups import Group, Ints, Nodes, empty_nodes
 from pack_planner.joint.listing import Listing
@@ -39,23 +39,33 @@ from pack_planner.joint.solve import turns_of
 
 #: Assignments that are listed at most, and options looked at for that.
 _MOST_ASSIGNMENTS, _MOST_VISITS = 200_000, 100_000_000
+#: The same where no solution is known.
+_FEWER_ASSIGNMENTS, _FEWER_VISITS = 50_000, 20_000_000
 #: Goals, as shares of the way from the bound to the known solution.
 _GOALS = (0.25, 0.5, 1.0)
+#: Goals where none is known, as multiples of the bound; the last one is anything.
+_GOALS_UNKNOWN = (1.1, 1.2, 1.4, math.inf)
 _EPS = 1e-6
 
 
 class GroupedSearch:
-    """Search for one joint problem of which a solution is known."""
+    """Search for one joint problem."""
 
     def __init__(
         self, engine: Engine, boxes: Sequence[Box], bins: Sequence[BinModel], forbidden: Forbidden,
-        known: Sequence[Candidate], reach: Reach, at_least: float, *, cep: bool = False,
+        known: Sequence[Candidate] | None, reach: Reach, at_least: float, *, cep: bool = False,
     ) -> None:  # fmt: skip
-        """``reach`` are bounds for ``known`` or worse, ``at_least`` is one on the objective."""
+        """``reach`` are bounds for ``known`` or worse, ``at_least`` is one on the objective.
+
+        Without a known solution only as much is listed as will do in a bin that is nearly full;
+        elsewhere one is found soon by other means.
+        """
         self._engine, self._boxes, self._bins = engine, tuple(boxes), tuple(bins)
-        self._best = tuple(known)
+        self._best = None if known is None else tuple(known)
         self._reach, self._cep = reach, cep
-        self._upper = 10.0 * sum(one.objective for one in known)
+        self._upper = UNBOUNDED
+        if known is not None:
+            self._upper = 10.0 * sum(one.objective for one in known)
         self._lower = 10.0 * at_least
         # for each box the last one before it that differs in nothing but its id, -1 for none
         self._twins = np.full(len(boxes), -1, np.int64)
@@ -72,15 +82,21 @@ class GroupedSearch:
         if np.isfinite(least).all():
             listing = self._list(self._upper - least.sum() + least)
             self._lower = max(self._lower, min(float(least.sum()), self._upper))
-            for share in _GOALS:
+            is_known, bound = self._best is not None, self._lower
+            for share in _GOALS if is_known else _GOALS_UNKNOWN:
                 if self._lower >= self._upper - _EPS or out_of_time():
                     break
-                goal = self._lower + share * (self._upper - self._lower)
+                goal = share * bound
+                if is_known:
+                    goal = self._lower + share * (self._upper - self._lower)
                 if not self._search_below(listing, goal, out_of_time):
                     break
         else:
             self._lower = self._upper
         lower = min(self._lower, self._upper) / 10.0
+        if self._best is None:
+            proven = self._lower >= self._upper - _EPS
+            return JointResult(None, math.inf, math.inf if proven else lower, self._taken)
         objective = sum(one.objective for one in self._best)
         return JointResult(self._best, objective, lower, self._taken)
 
@@ -127,15 +143,18 @@ class GroupedSearch:
             return True
         if listing.too_many:
             return False
+        most, visits = _MOST_ASSIGNMENTS, _MOST_VISITS
+        if self._best is None:
+            most, visits = _FEWER_ASSIGNMENTS, _FEWER_VISITS
         picks = assignments(
-            listing.starts, listing.cost, listing.extra, listing.rank, self._twins, listing.leans,
-            listing.holds, listing.held, listing.needed, min(goal, self._upper), _MOST_ASSIGNMENTS,
-            _MOST_VISITS,
+            listing.starts, listing.cost, listing.extra, listing.behind, listing.rank, self._twins,
+            listing.leans, listing.holds, listing.held, listing.needed, min(goal, self._upper),
+            most, visits,
         )  # fmt: skip
-        if len(picks) > _MOST_ASSIGNMENTS:
+        if len(picks) > most:
             return False
         rows, parts = _split(picks, listing.bin_of, len(self._bins))
-        bounds = group_bounds(rows, listing.cost, listing.extra)
+        bounds = group_bounds(rows, listing.cost, listing.extra, listing.behind)
         for g, row in enumerate(rows):
             known = self._groups.get(row.tobytes())
             bounds[g] = max(bounds[g], known.bound if known else 0.0)

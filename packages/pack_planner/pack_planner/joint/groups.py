@@ -11,6 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from pack_planner.joint.branching import EITHER, NONE, relate
+from pack_planner.joint.held import ON_ANYTHING, ON_BOXES
 from pack_planner.joint.places import FAR
 from pack_planner.joint.relations import DONE, FULL, SOLUTION, search
 
@@ -26,7 +27,7 @@ Nodes = tuple[NDArray[Any], ...]
 
 
 @njit(cache=True, nogil=True)
-def problem_of(own, options, row_sizes, row_range, after, beside, ground, w1, contact):  # type: ignore[no-untyped-def]
+def problem_of(own, options, row_sizes, row_range, after, near, beside, ground, w1, contact):  # type: ignore[no-untyped-def]
     """What :func:`.relations.search` wants to know about the options ``own`` of a bin.
 
     Parameters
@@ -34,8 +35,8 @@ def problem_of(own, options, row_sizes, row_range, after, beside, ground, w1, co
     options : (rows, base and top, what it costs besides w1 (x + y), whether it leans, whether a
         placed top is level with its base, how many corners others may hold) of all options.
     row_sizes, row_range : x and y sizes of each row, its least and most x and y, cells.
-    after, beside : places of each row as from :func:`.places.next_places`; where it is beside a
-        wall or placed box, (rows, axes, cells).
+    after, near : places of each row as from :func:`.places.next_places`.
+    beside : where each row is beside a wall or placed box, (rows, axes, cells).
     ground : (height map, (tolerance, corners needed)).
 
     Returns
@@ -44,7 +45,8 @@ def problem_of(own, options, row_sizes, row_range, after, beside, ground, w1, co
         number of turns; costs besides w1 (x + y); who leans; who may lie under whom
         [upper, lower]; where rows are beside something; height map; (tolerance, corners needed);
         w1; bases; who overlaps in height; whether contact is asked for; who rests wholly on each
-        box, itself included, as bits; whose corners have to be looked at.
+        box, itself included, as bits; whose corners have to be looked at, ON_ANYTHING or ON_BOXES
+        alone; nearest places of all rows.
     root : first ranges, least and most, (boxes, 2); relations that always hold, (axes, boxes,
         boxes).
     """
@@ -57,10 +59,13 @@ def problem_of(own, options, row_sizes, row_range, after, beside, ground, w1, co
     under = np.zeros((count, count), np.bool_)
     meets = np.zeros((count, count), np.bool_)
     wholly = np.left_shift(1, np.arange(count))
-    doubtful = leans[own]
+    doubtful = np.zeros(count, np.int8)
     base = np.empty(count, np.int64)  # a slice of one row is of another type than one of two
     for i in range(count):
         o = own[i]
+        if leans[o]:
+            only_boxes = not level[o] and ground[1][1] >= _WHOLE_BASE
+            doubtful[i] = ON_BOXES if only_boxes else ON_ANYTHING
         first, last = rows[o]
         turns[i] += int(first != last)
         base[i] = span[o, 0]
@@ -72,10 +77,10 @@ def problem_of(own, options, row_sizes, row_range, after, beside, ground, w1, co
             under[i, k] = holds[o, own[k]] > 0
             meets[i, k] = span[o, 0] < span[own[k], 1] and span[own[k], 0] < span[o, 1]
     for i in range(count):
-        if not leans[own[i]] or level[own[i]] or ground[1][1] < _WHOLE_BASE or under[i].sum() != 1:
+        if doubtful[i] != ON_BOXES or under[i].sum() != 1:
             continue
         holder = np.argmax(under[i])
-        doubtful[i] = False
+        doubtful[i] = 0
         for axis in range(2):
             relate(apart, axis, i, holder, 0)
             gap = sizes[i, :, axis].min() - sizes[holder, :, axis].max()
@@ -87,7 +92,7 @@ def problem_of(own, options, row_sizes, row_range, after, beside, ground, w1, co
                     wholly[k] |= wholly[i]
     problem = (
         after, rows[own], sizes, turns, flat[own], leans[own], under, beside, ground[0], ground[1],
-        w1, base, meets, contact, wholly, doubtful,
+        w1, base, meets, contact, wholly, doubtful, near,
     )  # fmt: skip
     return problem, (low, high, apart)
 
@@ -117,7 +122,7 @@ def _begin(problem, root, bound, nodes):  # type: ignore[no-untyped-def]
     nodes[0][0], nodes[1][0], nodes[2][0], nodes[3][0], nodes[4][0] = low, high, apart, False, 0
     for i in range(len(low)):
         nodes[5][0, i] = EITHER if problem[3][i] > 1 else 0
-    nodes[6][0], nodes[8][0], nodes[11][0] = 0.0, bound, True
+    nodes[6][0], nodes[7][0], nodes[8][0], nodes[11][0] = 0.0, -1, bound, True
     nodes[9][0] = 1 if len(low) == 1 and problem[13] else 0
 
 

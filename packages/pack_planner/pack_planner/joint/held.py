@@ -8,13 +8,17 @@ functions take them one by one, since a tuple of them is copied, references and 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from pack_planner.joint.bounds import NEVER
 from pack_planner.joint.branching import EITHER, HUGE, NOTHING, ON, PLACED, rests
+from pack_planner.joint.compiled import compiled
+from pack_planner.joint.places import FAR
+
+#: What the corners of a doubtful box may lie on; at least three on boxes of the group.
+ON_ANYTHING, ON_BOXES = 1, 2
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _held(i, wide, deep, x, y, under, corner, lo, far, height, base, rule):  # type: ignore[no-untyped-def]
     """Whether enough corners of box ``i`` can be held up at (x, y).
 
@@ -61,19 +65,24 @@ def _held(i, wide, deep, x, y, under, corner, lo, far, height, base, rule):  # t
     return helped
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def farthest(cap, flat, w1):  # type: ignore[no-untyped-def]
     """The most that x + y can be at a cost below ``cap``."""
     return np.int64(np.ceil((cap - flat) / w1)) - 1 if w1 > 0 else np.int64(NEVER)
 
 
-@njit(cache=True, nogil=True)
-def nearest(after, row, x0, x1, y0, y1, far, w1):  # type: ignore[no-untyped-def]
-    """The (x, y) of least x + y in a window, at most ``far``, in a row of ``after``.
+@compiled
+def nearest(after, near, row, x0, x1, y0, y1, far, w1):  # type: ignore[no-untyped-def]
+    """The (x, y) of least x + y in a window, at most ``far``, among the places of a row.
 
     (-1, -1) for none; any of them where position costs nothing.
     """
     best = (-1, -1)
+    x, y = np.int64(near[row, y0, x0, 0]), np.int64(near[row, y0, x0, 1])
+    if x == FAR or x + y > far:
+        return best
+    if x <= x1 and y <= y1:
+        return x, y
     for x in range(x0, x1 + 1):
         last = min(y1, far - x)
         if last < y0:
@@ -87,37 +96,77 @@ def nearest(after, row, x0, x1, y0, y1, far, w1):  # type: ignore[no-untyped-def
     return best
 
 
-@njit(cache=True, nogil=True)
-def plain_cost(after, row, flat, w1, x0, x1, y0, y1, cap):  # type: ignore[no-untyped-def]
+@compiled
+def plain_cost(after, near, row, flat, w1, x0, x1, y0, y1, cap):  # type: ignore[no-untyped-def]
     """:func:`least_cost` of a box that needs neither a hold nor contact, without the tuples."""
-    x, y = nearest(after, row, x0, x1, y0, y1, farthest(cap, flat, w1), w1)
+    x, y = nearest(after, near, row, x0, x1, y0, y1, farthest(cap, flat, w1), w1)
     return flat + w1 * (x + y) if x >= 0 else cap
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def is_plain(i, problem, node):  # type: ignore[no-untyped-def]
     """Whether any open place will do for box ``i``, held up and in contact as it is."""
     return not (problem[15][i] or node[9][i, 0] == 1 or node[9][i, 1] == 1)
 
 
-@njit(cache=True, nogil=True)
-def _nearest_held(i, t, problem, node, window, far):  # type: ignore[no-untyped-def]
-    """:func:`nearest` among the places where box ``i`` can be held up and touches something."""
-    after, row, sizes, beside = problem[0], problem[1][i, t], problem[2], problem[7]
-    under, height, rule, base = problem[6][i], problem[8], problem[9], problem[11][i]
-    doubtful, w1 = problem[15][i], problem[10]
-    lo, hi, corner, turn = node[0], node[1], node[4], node[5]
-    along_x, along_y = node[9][i, 0] == 1, node[9][i, 1] == 1
-    wide, deep = sizes[i, t]
-    x0, x1, y0, y1 = window
-    ends = np.empty_like(hi)
+@compiled
+def _ends(sizes, hi, turn, found):  # type: ignore[no-untyped-def]
+    """Where each box ends at most, into ``found``."""
     for k in range(len(hi)):
         for axis in range(2):
             size = sizes[k, 0 if turn[k] == EITHER else turn[k], axis]
             if turn[k] == EITHER:
                 size = max(size, sizes[k, 1, axis])
-            ends[k, axis] = hi[k, axis] + size
+            found[k, axis] = hi[k, axis] + size
+
+
+@compiled
+def stays(i, problem, node):  # type: ignore[no-untyped-def]
+    """Whether the place found last for box ``i`` still is one."""
+    lo, hi, turn = node[0], node[1], node[5]
+    x, y, t = node[7][i, 0], node[7][i, 1], node[7][i, 2]
+    if x < lo[i, 0] or x > hi[i, 0] or y < lo[i, 1] or y > hi[i, 1]:
+        return False
+    if turn[i] != EITHER and turn[i] != t:
+        return False
+    beside, row = problem[7], problem[1][i, t]
+    for axis, at in ((0, x), (1, y)):
+        if node[9][i, axis] == 1 and not beside[row, axis, at]:
+            return False
+    if not problem[15][i]:
+        return True
+    sizes, ends = problem[2], node[12]
+    _ends(sizes, hi, turn, ends)
+    return _held(
+        i, sizes[i, t, 0], sizes[i, t, 1], x, y, problem[6][i], node[4], lo, ends, problem[8],
+        problem[11][i], problem[9],
+    )  # fmt: skip
+
+
+@compiled
+def _nearest_held(i, t, problem, node, window, far):  # type: ignore[no-untyped-def]
+    """:func:`nearest` among the places where box ``i`` can be held up and touches something."""
+    after, near, row, sizes = problem[0], problem[16], problem[1][i, t], problem[2]
+    under, beside, height, rule = problem[6][i], problem[7], problem[8], problem[9]
+    w1, base, doubtful = problem[10], problem[11][i], problem[15][i]
+    lo, hi, corner, turn = node[0], node[1], node[4], node[5]
+    along_x, along_y = node[9][i, 0] == 1, node[9][i, 1] == 1
+    wide, deep = sizes[i, t, 0], sizes[i, t, 1]
+    x0, x1, y0, y1 = window
+    ends = node[12]
+    _ends(sizes, hi, turn, ends)
+    if doubtful:
+        first_x, first_y, last_x, last_y = NEVER, NEVER, -1, -1
+        for k in range(len(hi)):
+            if under[k]:
+                first_x, last_x = min(first_x, lo[k, 0]), max(last_x, ends[k, 0])
+                first_y, last_y = min(first_y, lo[k, 1]), max(last_y, ends[k, 1])
+        in_x, in_y = (wide, deep) if doubtful == ON_BOXES else (1, 1)
+        x0, x1 = max(x0, first_x + in_x - wide), min(x1, last_x - in_x)
+        y0, y1 = max(y0, first_y + in_y - deep), min(y1, last_y - in_y)
     best = (-1, -1)
+    if x0 > x1 or y0 > y1 or np.int64(near[row, y0, x0, 0]) + near[row, y0, x0, 1] > far:
+        return best
     for x in range(x0, x1 + 1):
         last = min(y1, far - x)
         if last < y0:
@@ -143,7 +192,7 @@ def _nearest_held(i, t, problem, node, window, far):  # type: ignore[no-untyped-
     return best
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def scan(i, problem, node, cap, found):  # type: ignore[no-untyped-def]
     """Cost of the cheapest place of box ``i`` below ``cap``, 1e18 if there is none.
 
@@ -161,9 +210,8 @@ def scan(i, problem, node, cap, found):  # type: ignore[no-untyped-def]
         if turn[i] != EITHER and turn[i] != t:
             continue
         if plain:
-            x, y = nearest(
-                problem[0], problem[1][i, t], window[0], window[1], window[2], window[3], far, w1
-            )
+            x0, x1, y0, y1 = window
+            x, y = nearest(problem[0], problem[16], problem[1][i, t], x0, x1, y0, y1, far, w1)
         else:
             x, y = _nearest_held(i, t, problem, node, window, far)
         if x < 0:
@@ -178,7 +226,7 @@ def scan(i, problem, node, cap, found):  # type: ignore[no-untyped-def]
     return best
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def least_cost(i, t, problem, node, window, cap):  # type: ignore[no-untyped-def]
     """The least that box ``i``, turned ``t``, costs in a window (x0, x1, y0, y1).
 
@@ -187,6 +235,8 @@ def least_cost(i, t, problem, node, window, cap):  # type: ignore[no-untyped-def
     flat, w1 = problem[4][i], problem[10]
     if is_plain(i, problem, node):
         x0, x1, y0, y1 = window
-        return plain_cost(problem[0], problem[1][i, t], flat, w1, x0, x1, y0, y1, cap)
+        return plain_cost(
+            problem[0], problem[16], problem[1][i, t], flat, w1, x0, x1, y0, y1, cap
+        )
     x, y = _nearest_held(i, t, problem, node, window, farthest(cap, flat, w1))
     return flat + w1 * (x + y) if x >= 0 else cap

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from pack_msgs_py.values import Box
 from pack_planner.engine import BinModel
-from pack_planner.joint.assign import pair_costs
 from pack_planner.joint.groups import problem_of, row_ranges
+from pack_planner.joint.option_pairs import pair_costs
 from pack_planner.joint.options import (
     BinPlaces,
     Corners,
@@ -36,6 +36,7 @@ class Listing:
     bin_of, base, leans, cost : of each option: its bin, its base in millimetres, whether it needs
         another option under it, the least that it costs.
     extra : what two options must pay on top, infinite where they cannot be had together.
+    behind : what one must pay when it goes behind another one, [behind, in front].
     holds, held : how many corners of one option another one under it may hold at most, [upper,
         lower] and [lower, upper].
     needed : corners that must be held.
@@ -73,7 +74,7 @@ class Listing:
 
     def _compare(self, order: Ints, limits: NDArray[np.float64]) -> None:
         count = len(order)
-        self.extra = np.zeros((count, count))
+        self.extra, self.behind = np.zeros((count, count)), np.zeros((count, count))
         self.holds: Corners = np.zeros((count, count), np.int8)
         self.needed = max(self._places[0].ground[1][1], 1)
         self._under: list[Corners] = []
@@ -84,10 +85,11 @@ class Listing:
             self._under.append(under)
             self.holds[at] = under[own]
             sizes = places.shapes[one.row[:, 3], 2:4]
-            self.extra[at] = pair_costs(
+            extra, behind = pair_costs(
                 one.rows, one.by_x, one.by_y, sizes, np.column_stack([one.base, one.top]), one.box,
                 one.cost, one.flat, places.weights[0], limits,
-            )[own]  # fmt: skip
+            )  # fmt: skip
+            self.extra[at], self.behind[at] = extra[own], behind[own]
         self.held: Corners = np.ascontiguousarray(self.holds.T)
 
     def shape_of(self, option: int, turn: int) -> int:
@@ -101,18 +103,18 @@ class Listing:
         places, local = self._places[j], self._local[own]
         if j not in self._tables:
             self._tables[j] = self._make_tables(j)
-        options, sizes, ranges, after, filled, beside = self._tables[j]
+        options, sizes, ranges, after, near, filled, beside = self._tables[j]
         needed = np.unique(self._options[j].rows[local])
         missing = needed[~filled[needed]]
         if len(missing):
             one = self._options[j]
             next_places(
                 missing, one.row, places.shapes, places.land, places.low, places.weak,
-                places.ground, places.zones, places.refusal, after,
+                places.ground, places.zones, places.refusal, after, near,
             )  # fmt: skip
             filled[missing] = True
         found: tuple[tuple[Any, ...], tuple[Any, ...]] = problem_of(
-            local, options, sizes, ranges, after, beside, places.ground, places.weights[0],
+            local, options, sizes, ranges, after, near, beside, places.ground, places.weights[0],
             self._cep,
         )  # fmt: skip
         return found
@@ -122,6 +124,7 @@ class Listing:
         ranges = row_ranges(one.by_x, one.by_y)
         x, y = (int(ranges[:, axis, 1].max(initial=0)) + 1 for axis in (0, 1))
         after = np.empty((len(one.row), y + 1, x), np.int16)
+        near = np.empty((len(one.row), y + 1, x + 1, 2), np.int16)
         tops, tolerance = np.unique(places.ground[0]), places.ground[1][0]
         gap = one.base[:, None] - tops[None, :]
         level = ((gap >= 0) & (gap <= tolerance) & (tops > 0)[None, :]).any(axis=1)
@@ -131,7 +134,7 @@ class Listing:
         )  # fmt: skip
         sizes = places.shapes[one.row[:, 3], 2:4]
         filled = np.zeros(len(one.row), np.bool_)
-        return options, sizes, ranges, after, filled, self._beside(j, one, sizes)
+        return options, sizes, ranges, after, near, filled, self._beside(j, one, sizes)
 
     def _beside(self, j: int, one: Options, sizes: Ints) -> Flags:
         """Where each row is beside a wall or placed box along x and y, (rows, axes, cells)."""

@@ -150,19 +150,21 @@ def _refused(x, y, z, zones, refusal):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def next_places(  # type: ignore[no-untyped-def]
-    wanted, rows, shapes, land, low, weak, ground, zones, refusal, after
+    wanted, rows, shapes, land, low, weak, ground, zones, refusal, after, near
 ):
     """For some rows, y and x the least y' >= y of a place, into ``after`` (rows, y + 1, x).
 
-    Here places near ``zones``, rows (shape, x, y, z) in millimetres, are none; ``refusal`` =
-    (radius, resolution).
+    The place x' >= x, y' >= y of least x' + y' goes into ``near`` (rows, y + 1, x + 1, 2). Here
+    places near ``zones``, rows (shape, x, y, z) in millimetres, are none; ``refusal`` = (radius,
+    resolution).
     """
     for r in wanted:
         _, z, kind, s = rows[r]
         own = zones[zones[:, 0] == s]
         after[r, after.shape[1] - 1] = FAR
+        near[r, after.shape[1] - 1] = near[r, :, after.shape[2]] = FAR
         for y in range(after.shape[1] - 2, -1, -1):
-            for x in range(after.shape[2]):
+            for x in range(after.shape[2] - 1, -1, -1):
                 good = low[s, x, y] <= z
                 if good and kind == 0:
                     good = land[s, x, y] == z and _stands(
@@ -171,3 +173,11 @@ def next_places(  # type: ignore[no-untyped-def]
                 if good and len(own):
                     good = not _refused(x, y, z, own, refusal)
                 after[r, y, x] = y if good else after[r, y + 1, x]
+                here, along_x, along_y = near[r, y, x], near[r, y, x + 1], near[r, y + 1, x]
+                far_x, far_y = np.int64(along_x[0]) + along_x[1], np.int64(along_y[0]) + along_y[1]
+                if good:
+                    here[0], here[1] = x, y
+                elif far_x < far_y:
+                    here[0], here[1] = along_x[0], along_x[1]
+                else:
+                    here[0], here[1] = along_y[0], along_y[1]

@@ -31,66 +31,32 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from pack_planner.joint.behind import least_behind, room_for
 from pack_planner.joint.branching import (
-    EITHER,
     EPS,
     HUGE,
     NONE,
     around,
     attach,
     broken,
+    copy,
     hanging,
     hold,
     loose,
     part,
 )
-from pack_planner.joint.held import farthest, is_plain, least_cost, plain_cost, scan
+from pack_planner.joint.compiled import compiled
+from pack_planner.joint.held import farthest, scan, stays
+from pack_planner.joint.matching import matched_wholes
+from pack_planner.joint.pairs import meet, sides
 
 #: Why the search returns.
 DONE, PAUSED, SOLUTION, FULL = 0, 1, 2, 3
 
 
-@njit(cache=True, nogil=True)
-def matched(count, extra):  # type: ignore[no-untyped-def]
-    """The most that disjoint pairs and triples of ``count`` boxes must pay, by ``extra`` of pairs.
-
-    Three boxes pay at least half of what their three pairs do.
-    """
-    return matched_wholes(count, extra, 1 << np.arange(count))
-
-
-@njit(cache=True, nogil=True)
-def matched_wholes(count, extra, whole):  # type: ignore[no-untyped-def]
-    """The same where ``extra`` of a pair is paid by two sets of boxes, ``whole`` of each as bits.
-
-    Pairs and triples then share no box of these sets.
-    """
-    found = np.zeros(1 << count)
-    for mask in range(1, 1 << count):
-        best = 0.0
-        for i in range(count):
-            if mask >> i & 1:
-                best = max(best, found[mask & ~(1 << i)])
-        for i in range(count):
-            if whole[i] & ~mask:
-                continue
-            rest = mask & ~whole[i]
-            for k in range(i + 1, count):
-                if whole[k] & ~rest or extra[i, k] <= 0.0:
-                    continue
-                left = rest & ~whole[k]
-                best = max(best, extra[i, k] + found[left])
-                for j in range(k + 1, count):
-                    if whole[j] & ~left == 0:
-                        three = extra[i, k] + extra[i, j] + extra[k, j]
-                        best = max(best, 0.5 * three + found[left & ~whole[j]])
-        found[mask] = best
-    return found[(1 << count) - 1]
-
-
-@njit(cache=True, nogil=True)
-def _follow(lo, hi, apart):  # type: ignore[no-untyped-def]
-    """Narrow ranges by the relations; False if one is empty."""
+@compiled
+def _follow(lo, hi, apart, stale):  # type: ignore[no-untyped-def]
+    """Narrow ranges by the relations, and mark them as ``stale``; False if one is empty."""
     count = len(lo)
     for _ in range(count + 2):
         again = False
@@ -102,10 +68,10 @@ def _follow(lo, hi, apart):  # type: ignore[no-untyped-def]
                         continue
                     if lo[k, axis] + d > lo[i, axis]:
                         lo[i, axis] = lo[k, axis] + d
-                        again = True
+                        again = stale[i] = True
                     if hi[i, axis] - d < hi[k, axis]:
                         hi[k, axis] = hi[i, axis] - d
-                        again = True
+                        again = stale[k] = True
         for i in range(count):
             if lo[i, 0] > hi[i, 0] or lo[i, 1] > hi[i, 1]:
                 return False
@@ -114,28 +80,21 @@ def _follow(lo, hi, apart):  # type: ignore[no-untyped-def]
     return False  # relations that chase each other
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _settle(problem, node, upper):  # type: ignore[no-untyped-def]
     """Narrow ranges of a node and find the cheapest place of each box; False if hopeless.
 
-    Boxes whose ranges did not change keep their places, unless they lean on others.
+    Boxes keep the places that stay possible: ranges only become narrower.
     """
     lo, hi, cost, place, stale = node[0], node[1], node[6], node[7], node[11]
     flat, w1, doubtful = problem[4], problem[10], problem[15]
-    count = len(lo)
-    found = np.empty(3, np.int64)
-    low, high = np.empty_like(lo), np.empty_like(hi)
+    count, found = len(lo), node[13]
     narrowed = False
     for _ in range(40):
-        low[:] = lo
-        high[:] = hi
-        if not _follow(lo, hi, node[2]):
+        if not _follow(lo, hi, node[2], stale):
             return False
         some = narrowed
         for i in range(count):
-            for axis in range(2):
-                if low[i, axis] != lo[i, axis] or high[i, axis] != hi[i, axis]:
-                    stale[i] = True
             some = some or stale[i]
         if not some:
             break
@@ -148,13 +107,14 @@ def _settle(problem, node, upper):  # type: ignore[no-untyped-def]
                 continue
             stale[i] = False
             cap = upper - EPS - (total - cost[i])
-            least = scan(i, problem, node, cap, found)
-            if least >= HUGE:
-                return False
-            place[i] = found
-            if least > cost[i]:
-                total += least - cost[i]
-                cost[i] = least
+            if not stays(i, problem, node):
+                least = scan(i, problem, node, cap, found)
+                if least >= HUGE:
+                    return False
+                place[i, 0], place[i, 1], place[i, 2] = found[0], found[1], found[2]
+                if least > cost[i]:
+                    total += least - cost[i]
+                    cost[i] = least
             far = farthest(cap, flat[i], w1)
             for axis in range(2):
                 if far - lo[i, 1 - axis] < hi[i, axis]:
@@ -163,126 +123,6 @@ def _settle(problem, node, upper):  # type: ignore[no-untyped-def]
         if total >= upper - EPS:
             return False
     return True
-
-
-@njit(cache=True, nogil=True)
-def _meet(i, k, place, sizes):  # type: ignore[no-untyped-def]
-    a, b = sizes[i, place[i, 2]], sizes[k, place[k, 2]]
-    for axis in range(2):
-        if place[i, axis] >= place[k, axis] + b[axis]:
-            return False
-        if place[k, axis] >= place[i, axis] + a[axis]:
-            return False
-    return True
-
-
-@njit(cache=True, nogil=True)
-def _loads(k, axis, first, problem, node, limit):  # type: ignore[no-untyped-def]
-    """What the boxes that rest wholly on ``k`` cost at least when it begins at ``first``."""
-    lo, hi, turn, cost, place = node[0], node[1], node[5], node[6], node[7]
-    wholly, turns = problem[14][k], problem[3]
-    total = 0.0
-    for m in range(len(lo)):
-        if m == k or not wholly >> m & 1:
-            continue
-        if place[m, axis] >= first:
-            total += cost[m]
-            continue
-        x0, y0 = lo[m]
-        if axis == 0:
-            x0 = max(x0, first)
-        else:
-            y0 = max(y0, first)
-        window = (x0, hi[m, 0], y0, hi[m, 1])
-        best = limit - total
-        for t in range(turns[m]):
-            if turn[m] == EITHER or turn[m] == t:
-                best = least_cost(m, t, problem, node, window, best)
-        total += best
-        if total >= limit:
-            return limit
-    return total
-
-
-@njit(cache=True, nogil=True)
-def _sides(i, k, problem, node, limit, out):  # type: ignore[no-untyped-def]
-    """What two boxes and what rests wholly on them cost at least, returned and in ``out``.
-
-    ``out`` is (turns of i, of k, sides); side 2 * axis: ``i`` comes first along the axis; the next
-    one: ``k`` does.
-    """
-    lo, hi, turn, least, cost = node[0], node[1], node[5], node[10], node[6]
-    sizes, turns, wholly = problem[2], problem[3], problem[14]
-    after, rows, flat, w1 = problem[0], problem[1], problem[4], problem[10]
-    plain = np.empty(len(lo), np.bool_)
-    for m in (i, k):
-        plain[m] = is_plain(m, problem, node)
-    loads = np.zeros(2)
-    for m in range(len(lo)):
-        loads[0] += cost[m] if m != i and wholly[i] >> m & 1 else 0.0
-        loads[1] += cost[m] if m != k and wholly[k] >> m & 1 else 0.0
-    best = HUGE
-    out[:] = HUGE
-    for p in range(turns[i]):
-        if turn[i] != EITHER and turn[i] != p:
-            continue
-        for q in range(turns[k]):
-            if turn[k] != EITHER and turn[k] != q:
-                continue
-            if least[i, p] + least[k, q] + loads[0] + loads[1] >= limit:
-                continue
-            for side in range(4):
-                axis = side // 2
-                a, b, ta, tb = (i, k, p, q) if side % 2 == 0 else (k, i, q, p)
-                first = max(lo[b, axis], lo[a, axis] + sizes[a, ta, axis])
-                last = min(hi[a, axis], hi[b, axis] - sizes[a, ta, axis])
-                if first > hi[b, axis] or last < lo[a, axis]:
-                    continue
-                one = least[a, ta] + loads[side % 2]
-                if last < hi[a, axis]:
-                    x0, y0 = lo[a]
-                    x1, y1 = (last, hi[a, 1]) if axis == 0 else (hi[a, 0], last)
-                    most = limit - least[b, tb] - loads[side % 2]
-                    if plain[a]:
-                        one = plain_cost(after, rows[a, ta], flat[a], w1, x0, x1, y0, y1, most)
-                    else:
-                        one = least_cost(a, ta, problem, node, (x0, x1, y0, y1), most)
-                    one += loads[side % 2]
-                    if one + least[b, tb] >= limit:
-                        continue
-                x1, y1 = hi[b]
-                x0, y0 = (first, lo[b, 1]) if axis == 0 else (lo[b, 0], first)
-                other = loads[1 - side % 2]
-                most = limit - one - other
-                if plain[b]:
-                    two = plain_cost(after, rows[b, tb], flat[b], w1, x0, x1, y0, y1, most)
-                else:
-                    two = least_cost(b, tb, problem, node, (x0, x1, y0, y1), most)
-                if one + two + other >= limit:
-                    continue
-                if other > 0.0:
-                    two += _loads(b, axis, first, problem, node, limit - one - two)
-                if one + two < limit:
-                    out[p, q, side] = one + two
-                    best = min(best, one + two)
-    return best
-
-
-@njit(cache=True, nogil=True)
-def _take(top, node, nodes):  # type: ignore[no-untyped-def]
-    """Copy the open node ``top`` to ``node``."""
-    node[0][:] = nodes[0][top]
-    node[1][:] = nodes[1][top]
-    node[2][:] = nodes[2][top]
-    node[3][:] = nodes[3][top]
-    node[4][:] = nodes[4][top]
-    node[5][:] = nodes[5][top]
-    node[6][:] = nodes[6][top]
-    node[7][:] = nodes[7][top]
-    node[8][:] = nodes[8][top]
-    node[9][:] = nodes[9][top]
-    node[10][:] = nodes[10][top]
-    node[11][:] = nodes[11][top]
 
 
 @njit(cache=True, nogil=True)
@@ -303,17 +143,29 @@ def search(problem, nodes, counters, upper, budget, rejected):  # type: ignore[n
     -------
     One of DONE, PAUSED, SOLUTION and FULL; a SOLUTION is in the last row.
     """
-    here = len(nodes[0]) - 1
-    sizes, contact, meets, wholly = problem[2], problem[13], problem[12], problem[14]
-    count = len(sizes)
-    room = 12 * count + 24
-    costs, chosen = np.empty((2, 2, 4)), np.empty((2, 2, 4))
-    extra = np.empty((count, count))
+    here, count = len(nodes[0]) - 1, len(problem[2])
     node = (
         nodes[0][here], nodes[1][here], nodes[2][here], nodes[3][here], nodes[4][here],
         nodes[5][here], nodes[6][here], nodes[7][here], nodes[8][here], nodes[9][here],
         nodes[10][here], nodes[11][here],
+        np.empty((count, 2), np.int64), np.empty(3, np.int64), np.empty(count),
     )  # fmt: skip
+    costs, chosen, extra = np.empty((2, 2, 4)), np.empty((2, 2, 4)), np.empty((count, count))
+    return _search(
+        problem, node, nodes, counters, upper, budget, rejected, costs, chosen, extra,
+        room_for(count),
+    )  # fmt: skip
+
+
+@compiled
+def _search(  # type: ignore[no-untyped-def]
+    problem, node, nodes, counters, upper, budget, rejected, costs, chosen, extra, room_behind
+):
+    """The same with the node that is looked at, and room to work in."""
+    pays = room_behind[0]
+    sizes, contact, meets, wholly = problem[2], problem[13], problem[12], problem[14]
+    here, count = len(nodes[0]) - 1, len(sizes)
+    room = 12 * count + 24
     if rejected:
         around(node, nodes, counters)
     while counters[0] > 0:
@@ -327,7 +179,7 @@ def search(problem, nodes, counters, upper, budget, rejected):  # type: ignore[n
             continue
         counters[1] += 1
         budget -= 1
-        _take(top, node, nodes)
+        copy(nodes, top, here)
         if not _settle(problem, node, upper):
             continue
         cost, place = node[6], node[7]
@@ -335,31 +187,47 @@ def search(problem, nodes, counters, upper, budget, rejected):  # type: ignore[n
         for i in range(count):
             total += cost[i]
         extra[:] = 0.0
-        one, two, most, second, own = -1, -1, -1.0, -1.0, 0.0
+        one, two, least_work, own = -1, -1, HUGE, 0.0
         hopeless = False
+        pairs = 0
         for i in range(count):
             for k in range(i + 1, count):
-                if hopeless or not meets[i, k] or node[3][i, k] or not _meet(i, k, place, sizes):
+                if hopeless or not meets[i, k] or node[3][i, k] or not meet(i, k, place, sizes):
                     continue
                 pair = 0.0
                 for m in range(count):
                     pair += cost[m] if (wholly[i] | wholly[k]) >> m & 1 else 0.0
                 limit = upper - (total - pair)
-                least = _sides(i, k, problem, node, limit, costs)
+                least = sides(i, k, problem, node, limit, costs, pays[pairs])
                 if least >= HUGE:
                     hopeless = True
                     continue
                 extra[i, k] = extra[k, i] = least - pair
-                spread = 0.0
-                for value in costs.ravel():
-                    spread += min(value, limit)
-                if least - pair > most + 1e-9 or (least - pair > most - 1e-9 and spread > second):
-                    one, two, most, second, own = i, k, least - pair, spread, pair
-                    chosen[:] = costs
+                free = False
+                for turned in range(2):
+                    asked = 0.0
+                    for m in range(count):
+                        asked += pays[pairs, turned, m]
+                    free = free or asked <= 0.0
+                pairs += 0 if free else 1
+                work = 0.0
+                for p in range(2):
+                    for q in range(2):
+                        for side in range(4):
+                            left = max(limit - costs[p, q, side], 0.0)
+                            work += left * left
+                work /= (limit - pair) ** 2
+                if work < least_work:
+                    one, two, least_work, own = i, k, work, pair
+                    costs, chosen = chosen, costs
         if hopeless:
             continue
         if one >= 0:
             node[8][0] = max(node[8][0], total + matched_wholes(count, extra, wholly))
+            if node[8][0] < upper - EPS:
+                most = upper - total
+                most = least_behind(count, pairs, most, room_behind)
+                node[8][0] = max(node[8][0], total + most)
             if node[8][0] < upper - EPS:
                 part(one, two, chosen, total - own, problem, node, nodes, counters, upper)
             continue
