@@ -14,7 +14,7 @@ from pack_planner.joint.solution import all_touch
 Solution = tuple[Candidate, ...]
 
 #: How many single placements the search for a good start may take.
-_TRIES = 300
+_TRIES = 1000
 
 
 def best_incumbent(problem: Problem, boxes: Sequence[Box]) -> Solution | None:

@@ -21,8 +21,6 @@ from pack_planner.joint.solvers import cp_sat_installed, solve_joint
 
 #: How long our search over places tries before the others do, seconds.
 HEAD_START_S = 0.1
-#: How long the search bin by bin goes on at most, seconds.
-GROUPS_S = 4.0
 #: Places that are listed in a bin for each second of the budget, where CP-SAT can take over.
 _ENTRIES_PER_S = 20_000
 
@@ -38,9 +36,9 @@ def mpack(problem: Problem) -> Choice | None:
     the budget ends first, the best one found is used and the status says so.
 
     Backend `search`: a search over places proves most decisions in a few hundredths of a second.
-    What is left after :data:`HEAD_START_S` goes to a search bin by bin, as long as that gets on,
-    and then to CP-SAT, where OR-Tools is installed; each starts from what the one before found and
-    proved. A limit of nodes keeps to the first, since it alone counts them.
+    What is left after :data:`HEAD_START_S` goes to a search bin by bin, and where that finds too
+    much to list, to CP-SAT, where OR-Tools is installed; each starts from what the one before found
+    and proved. A limit of nodes keeps to the first, since it alone counts them.
     """
     deadline = time.monotonic() + problem.budget_s
     nodes_left = math.inf if problem.node_limit is None else problem.node_limit
@@ -58,10 +56,10 @@ def _solve(problem: Problem, count: int, node_limit: float, deadline: float) -> 
     """The joint optimum of the first ``count`` boxes, as far as the budget goes."""
     engine, boxes = problem.engine, problem.boxes[:count]
     known = best_incumbent(problem, boxes)
-    if known is None:
+    last = deadline
+    if known is None and count > 2:
         # perhaps there is no solution: a proof of that must leave time for fewer boxes
-        node_limit = node_limit / 2 if count > 2 else node_limit
-        deadline = (time.monotonic() + deadline) / 2 if count > 2 else deadline
+        node_limit, deadline = node_limit / 2, _halfway(deadline)
     if problem.backend != 'search':
         return solve_joint(
             engine, boxes, problem.bins, problem.forbidden, known, problem.backend,
@@ -76,24 +74,31 @@ def _solve(problem: Problem, count: int, node_limit: float, deadline: float) -> 
         return search.run(int(min(node_limit, 1 << 40)), lambda: time.monotonic() > deadline)
     head_start = min(deadline, time.monotonic() + HEAD_START_S)
     ours = search.run(1 << 40, lambda: time.monotonic() > head_start)
+    if ours.candidates is None:
+        ours = _by_groups(problem, boxes, search, ours, _halfway(deadline))
+        if not ours.proven and ours.candidates is None:
+            ours = _by_cp_sat(problem, boxes, search, ours, deadline)
+        if ours.candidates is None:
+            return ours
     for follow_up in (_by_groups, _by_cp_sat):
-        if not ours.proven and time.monotonic() < deadline:
-            ours = follow_up(problem, boxes, search, ours, deadline)
+        if not ours.proven and time.monotonic() < last:
+            ours = follow_up(problem, boxes, search, ours, last)
     return ours
+
+
+def _halfway(deadline: float) -> float:
+    return (time.monotonic() + deadline) / 2
 
 
 def _by_groups(
     problem: Problem, boxes: Sequence[Box], search: JointSearch, ours: JointResult, deadline: float
 ) -> JointResult:
-    """What the search bin by bin makes of ``ours``, while it gets on."""
-    if ours.candidates is None:
-        return ours
+    """What the search bin by bin makes of ``ours``."""
     grouped = GroupedSearch(
         problem.engine, boxes, problem.bins, problem.forbidden, ours.candidates, search.reach,
         ours.lower_bound, cep=problem.cep,
     )  # fmt: skip
-    last = min(deadline, time.monotonic() + GROUPS_S)
-    found = grouped.run(lambda: time.monotonic() > last)
+    found = grouped.run(lambda: time.monotonic() > deadline)
     return replace(found, nodes=ours.nodes + found.nodes)
 
 
