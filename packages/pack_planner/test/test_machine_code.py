@@ -1,0 +1,66 @@
+"""Compiled code is never older than the sources it was made from."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pack_planner
+from pack_planner.machine_code import version_of
+
+_CALLER = """
+from numba import njit
+from called import called
+
+@njit(cache=True)
+def caller():
+    return called()
+"""
+_CALLED = """
+from numba import njit
+
+@njit(cache=True)
+def called():
+    return {}
+"""
+_RUN = """
+import sys
+from pathlib import Path
+from pack_planner.machine_code import keep_apart
+keep_apart(Path(sys.argv[1]))
+sys.path.insert(0, sys.argv[1])
+from caller import caller
+print(caller())
+"""
+
+
+def run(folder: Path, **environment: str) -> str:
+    found = subprocess.run(
+        [sys.executable, '-c', _RUN, str(folder)],
+        capture_output=True, text=True, check=True, env={**os.environ, **environment},
+    )  # fmt: skip
+    return found.stdout.strip()
+
+
+def test_a_change_in_what_a_function_calls_is_seen(tmp_path):
+    sources, cache = tmp_path / 'sources', tmp_path / 'cache'
+    sources.mkdir()
+    (sources / 'caller.py').write_text(_CALLER)
+    for value in ('1', '22'):
+        (sources / 'called.py').write_text(_CALLED.format(value))
+        assert run(sources, NUMBA_CACHE_DIR=str(cache)) == value
+        kept = [path for path in cache.rglob('*.nbc') if path.name.startswith('caller')]
+        assert len(kept) == 1  # that of the version before is gone
+
+
+def test_a_process_started_by_another_one_shares_its_compiled_code():
+    version = version_of(Path(pack_planner.__file__).parent)
+    shown = 'import os, pack_planner; print(os.environ["NUMBA_CACHE_DIR"])'
+    found = subprocess.run(
+        [sys.executable, '-c', shown], capture_output=True, text=True, check=True
+    )
+    assert found.stdout.strip() == os.environ['NUMBA_CACHE_DIR']
+    assert Path(found.stdout.strip()).name == version
+    assert Path(found.stdout.strip()).parent.name != version
