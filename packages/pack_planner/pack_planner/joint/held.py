@@ -2,7 +2,7 @@
 
 A box that leans needs corners on placed boxes or on other boxes of the group, wherever their ranges
 let them be: optimistic, so that the least cost is a bound. Arrays as in :mod:`.relations`; inner
-functions take them one by one, since a tuple of them is copied, references and all, in each call.
+functions take them one by one, since a tuple of them is copied in each call.
 """
 
 from __future__ import annotations
