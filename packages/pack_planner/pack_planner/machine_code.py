@@ -10,10 +10,13 @@ import hashlib
 import os
 import shutil
 import sys
+import time
 from pathlib import Path
 
 _VARIABLE = 'NUMBA_CACHE_DIR'
 _PREFIX = 'sources-'
+#: Age of the compiled code of another version that is deleted, seconds.
+_UNUSED_S = 24 * 3600.0
 
 
 def version_of(folder: Path) -> str:
@@ -29,8 +32,8 @@ def version_of(folder: Path) -> str:
 def keep_apart(folder: Path) -> None:
     """Let Numba keep what is compiled from ``folder`` in a directory of this version's own.
 
-    That lies in ``NUMBA_CACHE_DIR``, or beside the modules; those of other versions are deleted.
-    Call before anything is compiled.
+    That lies in ``NUMBA_CACHE_DIR``, or beside the modules; those of other versions are deleted
+    when no process that began with them may still write there. Call before anything is compiled.
     """
     base = Path(os.environ.get(_VARIABLE) or folder / '__pycache__')
     if base.name.startswith(_PREFIX):  # of the process that started this one
@@ -38,7 +41,8 @@ def keep_apart(folder: Path) -> None:
     own = base / version_of(folder)
     if not own.exists() and base.is_dir():
         for other in base.glob(_PREFIX + '*'):
-            shutil.rmtree(other, ignore_errors=True)
+            if time.time() - other.stat().st_mtime > _UNUSED_S:
+                shutil.rmtree(other, ignore_errors=True)
     os.environ[_VARIABLE] = str(own)
     if 'numba' in sys.modules:
         sys.modules['numba'].config.CACHE_DIR = str(own)

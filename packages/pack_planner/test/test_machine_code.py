@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pack_planner
@@ -27,6 +28,7 @@ def called():
 """
 _RUN = """
 import sys
+import time
 from pathlib import Path
 from pack_planner.machine_code import keep_apart
 keep_apart(Path(sys.argv[1]))
@@ -51,8 +53,20 @@ def test_a_change_in_what_a_function_calls_is_seen(tmp_path):
     for value in ('1', '22'):
         (sources / 'called.py').write_text(_CALLED.format(value))
         assert run(sources, NUMBA_CACHE_DIR=str(cache)) == value
-        kept = [path for path in cache.rglob('*.nbc') if path.name.startswith('caller')]
-        assert len(kept) == 1  # that of the version before is gone
+
+
+def test_what_was_compiled_long_ago_of_other_versions_is_deleted(tmp_path):
+    sources, cache = tmp_path / 'sources', tmp_path / 'cache'
+    sources.mkdir()
+    (sources / 'caller.py').write_text(_CALLER)
+    (sources / 'called.py').write_text(_CALLED.format(1))
+    for name, age in (('sources-old', 2 * 86400), ('sources-new', 60), ('other', 2 * 86400)):
+        (cache / name).mkdir(parents=True)
+        os.utime(cache / name, (time.time() - age,) * 2)
+    assert run(sources, NUMBA_CACHE_DIR=str(cache)) == '1'
+    assert {path.name for path in cache.iterdir()} == {
+        'sources-new', 'other', version_of(sources)
+    }  # fmt: skip
 
 
 def test_a_process_started_by_another_one_shares_its_compiled_code():
