@@ -318,6 +318,14 @@ def test_without_a_known_solution_it_finds_one_or_proves_there_is_none(cep, seed
         assert found.objective >= over_places.lower_bound - 1e-6
 
 
+@pytest.mark.parametrize('weights', [(0, 0, 0), (0, 0, 1), (0, 1, 0)])
+def test_without_a_known_solution_any_weights_will_do(weights):
+    engine = Engine(coarse('paper', 50), Weights(*weights))
+    for seed in range(4):
+        problem = tiny_problem(engine, seed, 3)
+        assert_optimal(problem, grouped(problem, None))
+
+
 def test_boxes_that_do_not_fit_together_are_proven_not_to():
     proven = 0
     for seed in range(240):

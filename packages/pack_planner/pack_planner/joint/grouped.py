@@ -86,7 +86,7 @@ class GroupedSearch:
             for share in _GOALS if is_known else _GOALS_UNKNOWN:
                 if self._lower >= self._upper - _EPS or out_of_time():
                     break
-                goal = share * bound
+                goal = self._upper if share == math.inf else share * bound
                 if is_known:
                     goal = self._lower + share * (self._upper - self._lower)
                 if not self._search_below(listing, goal, out_of_time):
