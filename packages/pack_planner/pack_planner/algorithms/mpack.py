@@ -75,9 +75,9 @@ def _solve(problem: Problem, count: int, node_limit: float, deadline: float) -> 
     head_start = min(deadline, time.monotonic() + HEAD_START_S)
     ours = search.run(1 << 40, lambda: time.monotonic() > head_start)
     if ours.candidates is None:
-        ours = _by_groups(problem, boxes, search, ours, _halfway(deadline))
-        if not ours.proven and ours.candidates is None:
-            ours = _by_cp_sat(problem, boxes, search, ours, deadline)
+        for follow_up, until in ((_by_groups, _halfway(deadline)), (_by_cp_sat, deadline)):
+            if ours.candidates is None and not ours.proven and time.monotonic() < until:
+                ours = follow_up(problem, boxes, search, ours, until)
         if ours.candidates is None:
             return ours
     for follow_up in (_by_groups, _by_cp_sat):

@@ -56,7 +56,10 @@ def relate(apart, axis, i, k, distance):  # type: ignore[no-untyped-def]
 
 @compiled
 def part(i, k, costs, rest, problem, node, nodes, counters, upper):  # type: ignore[no-untyped-def]
-    """Children in which boxes ``i`` and ``k`` do not meet; the cheapest comes up first."""
+    """Children in which boxes ``i`` and ``k`` do not meet; the cheapest comes up first.
+
+    ``costs`` are used up.
+    """
     sizes = problem[2]
     base, most = node[8][0], upper - EPS - rest
     while True:

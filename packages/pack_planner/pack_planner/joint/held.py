@@ -154,8 +154,8 @@ def _nearest_held(i, t, problem, node, window, far):  # type: ignore[no-untyped-
     wide, deep = sizes[i, t, 0], sizes[i, t, 1]
     x0, x1, y0, y1 = window
     ends = node[12]
-    _ends(sizes, hi, turn, ends)
     if doubtful:
+        _ends(sizes, hi, turn, ends)
         first_x, first_y, last_x, last_y = NEVER, NEVER, -1, -1
         for k in range(len(hi)):
             if under[k]:

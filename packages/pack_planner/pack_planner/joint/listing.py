@@ -18,7 +18,9 @@ from pack_planner.joint.options import (
     Flags,
     Ints,
     Options,
+    corners_needed,
     holding,
+    level_with_placed,
     list_options,
 )
 from pack_planner.joint.places import next_places
@@ -76,7 +78,7 @@ class Listing:
         count = len(order)
         self.extra, self.behind = np.zeros((count, count)), np.zeros((count, count))
         self.holds: Corners = np.zeros((count, count), np.int8)
-        self.needed = max(self._places[0].ground[1][1], 1)
+        self.needed = corners_needed(self._places[0].ground)
         self._under: list[Corners] = []
         for j, (one, places) in enumerate(zip(self._options, self._places, strict=True)):
             here = np.flatnonzero(self.bin_of == j)
@@ -125,12 +127,9 @@ class Listing:
         x, y = (int(ranges[:, axis, 1].max(initial=0)) + 1 for axis in (0, 1))
         after = np.empty((len(one.row), y + 1, x), np.int16)
         near = np.empty((len(one.row), y + 1, x + 1, 2), np.int16)
-        tops, tolerance = np.unique(places.ground[0]), places.ground[1][0]
-        gap = one.base[:, None] - tops[None, :]
-        level = ((gap >= 0) & (gap <= tolerance) & (tops > 0)[None, :]).any(axis=1)
         options = (
-            one.rows, np.column_stack([one.base, one.top]), one.flat, one.leans, level,
-            self._under[j],
+            one.rows, np.column_stack([one.base, one.top]), one.flat, one.leans,
+            level_with_placed(one.base, places.ground), self._under[j],
         )  # fmt: skip
         sizes = places.shapes[one.row[:, 3], 2:4]
         filled = np.zeros(len(one.row), np.bool_)

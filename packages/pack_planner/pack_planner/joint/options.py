@@ -170,18 +170,26 @@ def _sums(tops: NDArray[np.int32], heights: Sequence[set[int]], limit: int) -> F
     return found
 
 
+def level_with_placed(base: Ints, ground: tuple[NDArray[np.int32], tuple[int, int]]) -> Flags:
+    """Whether a placed top is level with each base, within the tolerance."""
+    height, (tolerance, _) = ground
+    gap = base[:, None] - np.unique(height[height > 0])[None, :]
+    return np.asarray(((gap >= 0) & (gap <= tolerance)).any(axis=1))
+
+
+def corners_needed(ground: tuple[NDArray[np.int32], tuple[int, int]]) -> int:
+    """How many corners of a box that leans must be held; one where the rules ask for none."""
+    return max(ground[1][1], 1)
+
+
 def holding(options: Options, ground: tuple[NDArray[np.int32], tuple[int, int]]) -> Corners:
     """How many corners of one option another one under it may hold at most, [upper, lower].
 
     All that are needed where a placed top is level with the base, since that may hold the others.
     """
-    height, (tolerance, needed) = ground
-    tops = np.unique(height[height > 0])
-    gap = options.base[:, None] - tops[None, :]
-    level = ((gap >= 0) & (gap <= tolerance)).any(axis=1)
     found: Corners = _corners(
-        options.box, options.base, options.top, options.leans, level, options.size, tolerance,
-        max(needed, 1),
+        options.box, options.base, options.top, options.leans,
+        level_with_placed(options.base, ground), options.size, ground[1][0], corners_needed(ground),
     )  # fmt: skip
     return found
 
@@ -208,7 +216,7 @@ def _corners(box, base, top, leans, level, size, tolerance, needed):  # type: ig
 
 def _with_holders(options: Options, ground: tuple[NDArray[np.int32], tuple[int, int]]) -> Options:
     """Without options that lean on too little."""
-    needed = max(ground[1][1], 1)
+    needed = corners_needed(ground)
     keep = np.arange(len(options.box))
     while True:
         some = chosen(options, keep)

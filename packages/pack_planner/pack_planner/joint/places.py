@@ -162,7 +162,8 @@ def next_places(  # type: ignore[no-untyped-def]
         _, z, kind, s = rows[r]
         own = zones[zones[:, 0] == s]
         after[r, after.shape[1] - 1] = FAR
-        near[r, after.shape[1] - 1] = near[r, :, after.shape[2]] = FAR
+        near[r, after.shape[1] - 1] = FAR
+        near[r, :, after.shape[2]] = FAR
         for y in range(after.shape[1] - 2, -1, -1):
             for x in range(after.shape[2] - 1, -1, -1):
                 good = low[s, x, y] <= z

@@ -5,8 +5,8 @@ are left, and relations between boxes: one is wholly beside another, a corner of
 another, two faces lie in one plane. Every relation is a difference of two coordinates, so ranges
 follow from each other as lengths of longest paths, and what a box costs at least is the least over
 the places in its ranges where its base can be held up. The bound of a node is the sum of that, and
-what pairs of boxes must pay to stay clear of each other, with all that rests wholly on them, over
-the best set of pairs and triples that share no box.
+what boxes must pay to stay clear of each other, with all that rests wholly on them: over the best
+set of pairs and triples that share no box, or over who goes behind whom (:mod:`.behind`).
 
 Branching, on what is wrong when every box is at its cheapest place:
 
