@@ -111,7 +111,7 @@ def test_the_plan_made_ahead_serves_the_goal(make_bench):
     report = place_second(bench)
     assert report.code is ErrorCode.NONE
     assert bench.arm.asked == [(FIRST.id, False), (SECOND.id, True)]
-    assert report.planning_s < 0.05
+    assert report.planning_s < 0.5
 
 
 @pytest.mark.parametrize(('lies_mm', 'anew'), [(1.9, False), (2.1, True)])

