@@ -166,15 +166,20 @@ def test_two_boxes_that_both_want_a_corner_pay_for_the_lesser_step_aside():
     rows, cells = np.array([[0, 0], [1, 1]]), 40
     sizes, box = np.array([[10, 20], [15, 8]]), np.array([0, 1])
     free, zeros, limits = free_rows(2, cells), np.zeros(2), np.full((2, 2), 1e6)
-    side_by_side = np.array([[0, 300], [100, 400]])
-    costs, behind = pair_costs(
-        rows, free, free, sizes, side_by_side, box, zeros, zeros, 10.0, limits
-    )
+    costs, behind = np.zeros((2, 2)), np.zeros((2, 2))
+
+    def compare(*spans):
+        pair_costs(
+            rows, free, free, sizes, np.array(spans), box, zeros, zeros, 10.0, limits,
+            np.array([1, 0]), costs, behind,
+        )  # fmt: skip
+
+    compare([0, 300], [100, 400])
     assert costs[0, 1] == costs[1, 0] == 80.0  # the first one 8 cells behind the second
-    assert (behind[0, 1], behind[1, 0]) == (80.0, 100.0)
-    stacked = np.array([[0, 300], [300, 600]])
-    costs, behind = pair_costs(rows, free, free, sizes, stacked, box, zeros, zeros, 10.0, limits)
-    assert costs[0, 1] == behind[0, 1] == 0.0
+    assert (behind[1, 0], behind[0, 1]) == (80.0, 100.0)
+    costs[:], behind[:] = 0.0, 0.0
+    compare([0, 300], [300, 600])
+    assert not costs.any() and not behind.any()
 
 
 def listed(costs, leans, holds, upper):
@@ -354,8 +359,8 @@ def test_a_box_pays_for_what_rests_on_it_and_no_box_pays_twice():
     extra = np.zeros((3, 3))
     extra[0, 1] = extra[1, 0] = 6.0
     extra[1, 2] = extra[2, 1] = 5.0
-    assert matched_wholes(3, extra, np.array([0b001, 0b010, 0b100])) == 6.0
+    assert matched_wholes(3, extra, np.array([0b001, 0b010, 0b100]), np.empty(8)) == 6.0
     # the third box rests on the second: no pair of these is left for it
-    assert matched_wholes(3, extra, np.array([0b001, 0b110, 0b100])) == 6.0
+    assert matched_wholes(3, extra, np.array([0b001, 0b110, 0b100]), np.empty(8)) == 6.0
     # ... and none is possible that would need it twice
-    assert matched_wholes(3, extra, np.array([0b101, 0b110, 0b100])) == 0.0
+    assert matched_wholes(3, extra, np.array([0b101, 0b110, 0b100]), np.empty(8)) == 0.0

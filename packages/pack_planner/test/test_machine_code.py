@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import importlib
 import os
+import pkgutil
 import subprocess
 import sys
 import time
 from pathlib import Path
 
+from numba.core.dispatcher import Dispatcher
+
 import pack_planner
+import pack_planner.joint
 from pack_planner.machine_code import version_of
 
 _CALLER = """
@@ -78,3 +83,23 @@ def test_a_process_started_by_another_one_shares_its_compiled_code():
     assert found.stdout.strip() == os.environ['NUMBA_CACHE_DIR']
     assert Path(found.stdout.strip()).name == version
     assert Path(found.stdout.strip()).parent.name != version
+
+
+def counts_references(function: Dispatcher) -> bool:
+    return bool(function.targetoptions.get('_nrt', True))
+
+
+def test_what_is_compiled_without_counting_calls_nothing_that_counts():
+    """Numba would compile that without counting too, if it came to it this way first, and fail."""
+    checked = 0
+    for found in pkgutil.iter_modules(pack_planner.joint.__path__, 'pack_planner.joint.'):
+        names = vars(importlib.import_module(found.name))
+        for function in [one for one in names.values() if isinstance(one, Dispatcher)]:
+            if counts_references(function):
+                continue
+            for name in function.py_func.__code__.co_names:
+                called = function.py_func.__globals__.get(name)
+                if isinstance(called, Dispatcher):
+                    assert not counts_references(called), f'{function} calls {called}'
+                    checked += 1
+    assert checked > 10

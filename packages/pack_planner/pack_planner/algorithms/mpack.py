@@ -74,15 +74,14 @@ def _solve(problem: Problem, count: int, node_limit: float, deadline: float) -> 
         return search.run(int(min(node_limit, 1 << 40)), lambda: time.monotonic() > deadline)
     head_start = min(deadline, time.monotonic() + HEAD_START_S)
     ours = search.run(1 << 40, lambda: time.monotonic() > head_start)
-    if ours.candidates is None:
-        for follow_up, until in ((_by_groups, _halfway(deadline)), (_by_cp_sat, deadline)):
-            if ours.candidates is None and not ours.proven and time.monotonic() < until:
-                ours = follow_up(problem, boxes, search, ours, until)
-        if ours.candidates is None:
-            return ours
-    for follow_up in (_by_groups, _by_cp_sat):
-        if not ours.proven and time.monotonic() < last:
-            ours = follow_up(problem, boxes, search, ours, last)
+    if not ours.proven:
+        ours = _by_groups(problem, boxes, search, ours, (deadline, last))
+    if not ours.proven and time.monotonic() < last:
+        is_found = ours.candidates is not None
+        until = last if is_found or deadline == last else _halfway(last)
+        ours = _by_cp_sat(problem, boxes, search, ours, until)
+        if not is_found and ours.candidates is not None and not ours.proven:
+            ours = _by_groups(problem, boxes, search, ours, (last, last))
     return ours
 
 
@@ -91,14 +90,15 @@ def _halfway(deadline: float) -> float:
 
 
 def _by_groups(
-    problem: Problem, boxes: Sequence[Box], search: JointSearch, ours: JointResult, deadline: float
-) -> JointResult:
-    """What the search bin by bin makes of ``ours``."""
+    problem: Problem, boxes: Sequence[Box], search: JointSearch, ours: JointResult,
+    deadlines: tuple[float, float],
+) -> JointResult:  # fmt: skip
+    """What the search bin by bin makes of ``ours``; ``deadlines`` without and with a solution."""
     grouped = GroupedSearch(
         problem.engine, boxes, problem.bins, problem.forbidden, ours.candidates, search.reach,
         ours.lower_bound, cep=problem.cep,
     )  # fmt: skip
-    found = grouped.run(lambda: time.monotonic() > deadline)
+    found = grouped.run(lambda: time.monotonic() > deadlines[grouped.found])
     return replace(found, nodes=ours.nodes + found.nodes)
 
 
@@ -174,7 +174,8 @@ def warm_up(engine: Engine) -> None:
     start = [Candidate(one.placed, last, engine.objective(one.placed, last)) for one in alone]
     search = JointSearch(engine, boxes, bins, nothing_forbidden, start)
     search.run(50, lambda: False)
-    grouped = GroupedSearch(engine, boxes, bins, nothing_forbidden, start, search.reach, 0.0)
-    grouped.run(lambda: False)
+    for known in (start, None):
+        grouped = GroupedSearch(engine, boxes, bins, nothing_forbidden, known, search.reach, 0.0)
+        grouped.run(lambda: False)
     if cp_sat_installed():
         solve_joint(engine, boxes, bins, nothing_forbidden, None, 'cp_sat', 1.0, reach=search.reach)

@@ -121,8 +121,21 @@ def _in_the_air(pick, leans, holds, needed):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _end_with(  # type: ignore[no-untyped-def]
-    some, room, pick, costs, extra, behind, rank, twin, leans, holds, needed, pays, matches,
-    room_behind, found,
+    some,
+    room,
+    pick,
+    costs,
+    extra,
+    behind,
+    rank,
+    twin,
+    leans,
+    holds,
+    needed,
+    pays,
+    matches,
+    room_behind,
+    found,
 ):
     """Write down the picks with each of ``some`` options for the last box; how many there are.
 

@@ -142,7 +142,7 @@ def hanging(problem, node):  # type: ignore[no-untyped-def]
                 good += 1
             elif corner[i, c] == OPEN and open_corner < 0:
                 open_corner = c
-        if good < needed:
+        if good < needed[i]:
             return i, open_corner
     return -1, -1
 
@@ -174,7 +174,7 @@ def hold(i, corner, problem, node, nodes, counters):  # type: ignore[no-untyped-
     """Children that say what ``corner`` of box ``i`` lies on."""
     if _turned(i, node, nodes, counters):
         return
-    sizes, turns, holds, needed = problem[2], problem[3], problem[6], problem[9][1]
+    sizes, turns, holds, needed = problem[2], problem[3], problem[6], problem[9][1][i]
     count = len(sizes)
     own = sizes[i, node[5][i]]
     if not problem[15][i]:  # wholly on the only one that can hold it

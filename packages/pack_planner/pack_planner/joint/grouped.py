@@ -3,8 +3,10 @@
 First it is listed which bin, face up and base each box may have (:mod:`.options`, :mod:`.assign`);
 then the cheapest arrangement of each group of boxes with given faces and bases in one bin is
 searched (:mod:`.relations`), of those first that the cheapest assignment is made of. Groups are
-shared by assignments. What may cost less than a goal is listed and searched at a time, the goal
-first near the bound and last at the known solution: a better one found on the way saves the rest.
+shared by assignments; most of them are closed in one go (:mod:`.closing`). What may cost less than
+a goal is listed and searched at a time, the goal first near the bound and last at the known
+solution: a better one found on the way saves the rest. Where none is known, one is searched first
+(:mod:`.fitting`).
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
+from itertools import chain, repeat
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +32,9 @@ from pack_planner.joint.assign import (
     next_open,
 )
 from pack_planner.joint.bounds import UNBOUNDED, Reach
+from pack_planner.joint.closing import Closing
 from pack_planner.joint.domains import paint
+from pack_planner.joint.fitting import Fitting
 from pack_planner.joint.groups import Group, Ints, Nodes, empty_nodes
 from pack_planner.joint.listing import Listing
 from pack_planner.joint.narrowing import alike
@@ -38,13 +43,13 @@ from pack_planner.joint.solution import JointResult, all_touch, joint_violations
 from pack_planner.joint.solve import turns_of
 
 #: Assignments that are listed at most, and options looked at for that.
-_MOST_ASSIGNMENTS, _MOST_VISITS = 200_000, 100_000_000
-#: The same where no solution is known.
-_FEWER_ASSIGNMENTS, _FEWER_VISITS = 50_000, 20_000_000
+_MOST_ASSIGNMENTS, _MOST_VISITS = 200_000, 50_000_000
 #: Goals, as shares of the way from the bound to the known solution.
-_GOALS = (0.25, 0.5, 1.0)
-#: Goals where none is known, as multiples of the bound; the last one is anything.
-_GOALS_UNKNOWN = (1.1, 1.2, 1.4, math.inf)
+_GOALS = (0.25, 0.5)
+#: The least step of the goal, as a share of the bound.
+_LEAST_STEP = 0.003
+#: Assignments whose groups are closed in one go.
+_BATCH = 500
 _EPS = 1e-6
 
 
@@ -57,8 +62,7 @@ class GroupedSearch:
     ) -> None:  # fmt: skip
         """``reach`` are bounds for ``known`` or worse, ``at_least`` is one on the objective.
 
-        Without a known solution only as much is listed as will do in a bin that is nearly full;
-        elsewhere one is found soon by other means.
+        Without a known solution one is searched first.
         """
         self._engine, self._boxes, self._bins = engine, tuple(boxes), tuple(bins)
         self._best = None if known is None else tuple(known)
@@ -79,20 +83,24 @@ class GroupedSearch:
     def run(self, out_of_time: Callable[[], bool]) -> JointResult:
         """Search until it is proven, time is out, or there is too much to list."""
         least = self._reach.cheapest
-        if np.isfinite(least).all():
-            listing = self._list(self._upper - least.sum() + least)
-            self._lower = max(self._lower, min(float(least.sum()), self._upper))
-            is_known, bound = self._best is not None, self._lower
-            for share in _GOALS if is_known else _GOALS_UNKNOWN:
-                if self._lower >= self._upper - _EPS or out_of_time():
-                    break
-                goal = self._upper if share == math.inf else share * bound
-                if is_known:
-                    goal = self._lower + share * (self._upper - self._lower)
-                if not self._search_below(listing, goal, out_of_time):
-                    break
-        else:
+        if not np.isfinite(least).all():
             self._lower = self._upper
+            return self._result()
+        listing = self._list()
+        self._lower = max(self._lower, min(float(least.sum()), self._upper))
+        if self._best is None:
+            if not self._first(listing, out_of_time):
+                return self._result()
+            listing = self._list()
+        self._search(listing, out_of_time)
+        return self._result()
+
+    @property
+    def found(self) -> bool:
+        """Whether a solution is known."""
+        return self._best is not None
+
+    def _result(self) -> JointResult:
         lower = min(self._lower, self._upper) / 10.0
         if self._best is None:
             proven = self._lower >= self._upper - _EPS
@@ -102,8 +110,10 @@ class GroupedSearch:
 
     # -- what there is to choose from
 
-    def _list(self, caps: NDArray[np.float64]) -> Listing:
+    def _list(self) -> Listing:
+        """What there is for less than the best known solution."""
         profile, least = self._engine.profile, self._reach.cheapest
+        caps = self._upper - least.sum() + least
         rule = (
             int(profile.resolution_mm), int(profile.support_tolerance_mm), int(profile.min_vertices)
         )  # fmt: skip
@@ -136,23 +146,65 @@ class GroupedSearch:
 
     # -- the search
 
-    def _search_below(self, listing: Listing, goal: float, out_of_time: Callable[[], bool]) -> bool:
-        """Search all that may cost less than ``goal``; False if that was not possible."""
-        if (np.diff(listing.starts) == 0).any():
-            self._lower = self._upper
-            return True
+    def _first(self, listing: Listing, out_of_time: Callable[[], bool]) -> bool:
+        """Find a solution where none is known, or prove that there is none."""
         if listing.too_many:
             return False
-        most, visits = _MOST_ASSIGNMENTS, _MOST_VISITS
-        if self._best is None:
-            most, visits = _FEWER_ASSIGNMENTS, _FEWER_VISITS
-        picks = assignments(
+        unsure = False
+
+        def arrange(pick: Ints) -> bool:
+            nonlocal unsure
+            rows, parts = _split(pick[None, :], listing.bin_of, len(self._bins))
+            bounds = np.zeros(len(rows))
+            unsure |= not self._try(listing, rows, parts[0], bounds, math.inf, out_of_time)
+            return self.found
+
+        fitting = Fitting(listing, self._twins, arrange, self._room, out_of_time)
+        fitting.run()
+        self._taken += fitting.nodes
+        self._groups.clear()  # by numbers of options, which change
+        if not self.found and not unsure and not out_of_time():
+            self._lower = self._upper
+        return self.found
+
+    def _search(self, listing: Listing, out_of_time: Callable[[], bool]) -> None:
+        """Search what may cost less than a goal, which goes up to the best known solution."""
+        if (np.diff(listing.starts) == 0).any():
+            self._lower = self._upper
+        if listing.too_many or self._lower >= self._upper - _EPS:
+            return
+        listing.compare()
+        largest_first = np.argsort([-box.volume_mm3 for box in self._boxes], kind='stable')
+        closing = Closing(listing, largest_first, self._room, out_of_time)
+        too_much = math.inf
+        for share in chain(_GOALS, repeat(1.0)):
+            picks = None
+            while picks is None and self._lower < self._upper - _EPS and not out_of_time():
+                goal = self._lower + share * (self._upper - self._lower)
+                if goal >= too_much - _EPS:
+                    goal = (self._lower + too_much) / 2
+                    if goal < (1.0 + _LEAST_STEP) * self._lower:
+                        return
+                picks = self._picks(listing, goal)
+                if picks is None:
+                    too_much = goal
+            if picks is None or not self._search_below(listing, picks, closing, goal, out_of_time):
+                return
+
+    def _picks(self, listing: Listing, goal: float) -> Ints | None:
+        """The assignments that may cost less than ``goal``, None for too many."""
+        picks: Ints = assignments(
             listing.starts, listing.cost, listing.extra, listing.behind, listing.rank, self._twins,
-            listing.leans, listing.holds, listing.held, listing.needed, min(goal, self._upper),
-            most, visits,
+            listing.leans, listing.holds, listing.held, listing.needed, goal,
+            _MOST_ASSIGNMENTS, _MOST_VISITS,
         )  # fmt: skip
-        if len(picks) > most:
-            return False
+        return picks if len(picks) <= _MOST_ASSIGNMENTS else None
+
+    def _search_below(
+        self, listing: Listing, picks: Ints, closing: Closing, goal: float,
+        out_of_time: Callable[[], bool],
+    ) -> bool:  # fmt: skip
+        """Search the assignments that may cost less than ``goal``; False when time is out."""
         rows, parts = _split(picks, listing.bin_of, len(self._bins))
         bounds = group_bounds(rows, listing.cost, listing.extra, listing.behind)
         for g, row in enumerate(rows):
@@ -160,13 +212,21 @@ class GroupedSearch:
             bounds[g] = max(bounds[g], known.bound if known else 0.0)
         order = np.argsort(bounds[parts].sum(axis=1), kind='stable')
         parts = parts[order]
-        at, done = 0, True
+        closing.begin(rows)
+        at, ahead, done = 0, 0, True
         while done:
-            at = int(next_open(parts, bounds, at, min(goal, self._upper)))
+            upper = min(goal, self._upper)
+            at = int(next_open(parts, bounds, at, upper))
             if at < 0:
                 break
-            done = self._try(listing, rows, parts[at], bounds, goal, out_of_time)
-            at += 1
+            if out_of_time():
+                done = False
+            elif at >= ahead:
+                ahead = at + _BATCH
+                self._taken += closing.close(parts[at:ahead], bounds, upper)
+            else:
+                done = self._try(listing, rows, parts[at], bounds, goal, out_of_time)
+                at += 1
         self._lower = max(
             self._lower, min(float(least_open(parts, bounds)), min(goal, self._upper))
         )

@@ -10,15 +10,18 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from pack_planner.joint.bounds import UNBOUNDED
 from pack_planner.joint.branching import EITHER, NONE, relate
 from pack_planner.joint.held import ON_ANYTHING, ON_BOXES
 from pack_planner.joint.places import FAR
-from pack_planner.joint.relations import DONE, FULL, SOLUTION, search
+from pack_planner.joint.relations import DONE, FULL, PAUSED, SOLUTION, search
 
 #: Rows of the stack of nodes; a search that needs more gives up.
 _ROOM = 4096
 #: Nodes between looks at the clock.
 _CHUNK = 100
+#: Nodes after which an arrangement is taken to be possible.
+_ENOUGH = 20_000
 #: Corners on one box that put the whole base on it.
 _WHOLE_BASE = 3
 
@@ -27,7 +30,9 @@ Nodes = tuple[NDArray[Any], ...]
 
 
 @njit(cache=True, nogil=True)
-def problem_of(own, options, row_sizes, row_range, after, near, beside, ground, w1, contact):  # type: ignore[no-untyped-def]
+def problem_of(  # type: ignore[no-untyped-def]
+    own, options, row_sizes, row_range, after, near, beside, ground, w1, contact, elsewhere
+):
     """What :func:`.relations.search` wants to know about the options ``own`` of a bin.
 
     Parameters
@@ -38,15 +43,16 @@ def problem_of(own, options, row_sizes, row_range, after, near, beside, ground, 
     after, near : places of each row as from :func:`.places.next_places`.
     beside : where each row is beside a wall or placed box, (rows, axes, cells).
     ground : (height map, (tolerance, corners needed)).
+    elsewhere : how many corners of each box other boxes than these may hold.
 
     Returns
     -------
     problem : next places of all rows; rows (boxes, turns); sizes (boxes, turns, axes), cells;
         number of turns; costs besides w1 (x + y); who leans; who may lie under whom
-        [upper, lower]; where rows are beside something; height map; (tolerance, corners needed);
-        w1; bases; who overlaps in height; whether contact is asked for; who rests wholly on each
-        box, itself included, as bits; whose corners have to be looked at, ON_ANYTHING or ON_BOXES
-        alone; nearest places of all rows.
+        [upper, lower]; where rows are beside something; height map; (tolerance, corners that each
+        box needs here); w1; bases; who overlaps in height; whether contact is asked for; who rests
+        wholly on each box, itself included, as bits; whose corners have to be looked at,
+        ON_ANYTHING or ON_BOXES alone; nearest places of all rows.
     root : first ranges, least and most, (boxes, 2); relations that always hold, (axes, boxes,
         boxes).
     """
@@ -59,12 +65,13 @@ def problem_of(own, options, row_sizes, row_range, after, near, beside, ground, 
     under = np.zeros((count, count), np.bool_)
     meets = np.zeros((count, count), np.bool_)
     wholly = np.left_shift(1, np.arange(count))
-    doubtful = np.zeros(count, np.int8)
+    doubtful, on = np.zeros(count, np.int8), np.full(count, -1, np.int64)
+    needed = ground[1][1] - elsewhere
     base = np.empty(count, np.int64)  # a slice of one row is of another type than one of two
     for i in range(count):
         o = own[i]
-        if leans[o]:
-            only_boxes = not level[o] and ground[1][1] >= _WHOLE_BASE
+        if leans[o] and needed[i] > 0:
+            only_boxes = not level[o] and needed[i] >= _WHOLE_BASE
             doubtful[i] = ON_BOXES if only_boxes else ON_ANYTHING
         first, last = rows[o]
         turns[i] += int(first != last)
@@ -80,19 +87,18 @@ def problem_of(own, options, row_sizes, row_range, after, near, beside, ground, 
         if doubtful[i] != ON_BOXES or under[i].sum() != 1:
             continue
         holder = np.argmax(under[i])
-        doubtful[i] = 0
+        doubtful[i], on[i] = 0, holder
         for axis in range(2):
             relate(apart, axis, i, holder, 0)
             gap = sizes[i, :, axis].min() - sizes[holder, :, axis].max()
             relate(apart, axis, holder, i, gap)
     for _ in range(count):
         for i in range(count):
-            for k in range(count):
-                if apart[0, i, k] == 0:
-                    wholly[k] |= wholly[i]
+            if on[i] >= 0:
+                wholly[on[i]] |= wholly[i]
     problem = (
-        after, rows[own], sizes, turns, flat[own], leans[own], under, beside, ground[0], ground[1],
-        w1, base, meets, contact, wholly, doubtful, near,
+        after, rows[own], sizes, turns, flat[own], leans[own], under, beside, ground[0],
+        (ground[1][0], needed), w1, base, meets, contact, wholly, doubtful, near,
     )  # fmt: skip
     return problem, (low, high, apart)
 
@@ -124,6 +130,42 @@ def _begin(problem, root, bound, nodes):  # type: ignore[no-untyped-def]
         nodes[5][0, i] = EITHER if problem[3][i] > 1 else 0
     nodes[6][0], nodes[7][0], nodes[8][0], nodes[11][0] = 0.0, -1, bound, True
     nodes[9][0] = 1 if len(low) == 1 and problem[13] else 0
+
+
+@njit(cache=True, nogil=True)
+def close(groups, elsewhere, wanted, bounds, nodes, budget, tables):  # type: ignore[no-untyped-def]
+    """Raise the bounds of groups by a short search.
+
+    Parameters
+    ----------
+    groups, elsewhere : rows of options of one bin, as many in each; corners that others may hold.
+    wanted, bounds : nothing that costs so much is wanted; nothing costs less.
+    nodes : see :func:`empty_nodes`.
+    budget : nodes to take for each group at most.
+    tables : see :func:`problem_of`, without the boxes' own.
+
+    Returns
+    -------
+    The nodes taken.
+    """
+    options, row_sizes, row_range, after, near, beside, ground, w1, contact = tables
+    counters, taken = np.zeros(2, np.int64), 0
+    rejected = bool(taken)  # a literal would compile the search once more
+    for g in range(len(groups)):
+        problem, root = problem_of(
+            groups[g], options, row_sizes, row_range, after, near, beside, ground, w1, contact,
+            elsewhere[g],
+        )  # fmt: skip
+        _begin(problem, root, bounds[g], nodes)
+        counters[0], counters[1] = 1, 0
+        least = wanted[g]
+        if search(problem, nodes, counters, wanted[g], budget, rejected) == SOLUTION:
+            least = nodes[6][-1].sum()
+        for n in range(counters[0]):
+            least = min(least, nodes[8][n, 0])
+        bounds[g] = max(bounds[g], least)
+        taken += counters[1]
+    return taken
 
 
 @dataclass
@@ -175,6 +217,15 @@ class Group:
                     least = min(least, float(nodes[8][-1, 0]))
                 self.bound = max(self.bound, min(best, least))
                 return int(counters[1])
+
+    def possible(self, nodes: Nodes, out_of_time: Callable[[], bool]) -> bool:
+        """Whether there may be an arrangement: False if there is none, as far as is known here."""
+        _begin(self.problem, self.root, self.bound, nodes)
+        counters = np.array([1, 0], np.int64)
+        why = PAUSED
+        while why == PAUSED and counters[1] < _ENOUGH and not out_of_time():
+            why = search(self.problem, nodes, counters, UNBOUNDED, _CHUNK, False)
+        return why != DONE
 
 
 @njit(cache=True, nogil=True)

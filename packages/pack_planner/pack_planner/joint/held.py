@@ -52,7 +52,7 @@ def _held(i, wide, deep, x, y, under, corner, lo, far, height, base, rule):  # t
             helped = True
         elif what >= ON:
             return False
-    if held < needed:
+    if held < needed[i]:
         return False
     for k in range(len(lo)):
         helped = helped or (
@@ -235,8 +235,6 @@ def least_cost(i, t, problem, node, window, cap):  # type: ignore[no-untyped-def
     flat, w1 = problem[4][i], problem[10]
     if is_plain(i, problem, node):
         x0, x1, y0, y1 = window
-        return plain_cost(
-            problem[0], problem[16], problem[1][i, t], flat, w1, x0, x1, y0, y1, cap
-        )
+        return plain_cost(problem[0], problem[16], problem[1][i, t], flat, w1, x0, x1, y0, y1, cap)
     x, y = _nearest_held(i, t, problem, node, window, farthest(cap, flat, w1))
     return flat + w1 * (x + y) if x >= 0 else cap

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pack_msgs_py.values import Box
 from pack_planner.engine import BinModel
-from pack_planner.joint.groups import problem_of, row_ranges
+from pack_planner.joint.groups import close, problem_of, row_ranges
 from pack_planner.joint.option_pairs import pair_costs
 from pack_planner.joint.options import (
     BinPlaces,
@@ -35,10 +35,11 @@ class Listing:
     Attributes
     ----------
     starts : options of box i are those from starts[i] to starts[i + 1], the cheapest first.
-    bin_of, base, leans, cost : of each option: its bin, its base in millimetres, whether it needs
-        another option under it, the least that it costs.
+    bin_of, base, top, leans, cost : of each option: its bin, its base and top in millimetres,
+        whether it needs another option under it, the least that it costs.
     extra : what two options must pay on top, infinite where they cannot be had together.
-    behind : what one must pay when it goes behind another one, [behind, in front].
+    behind : what one must pay when it goes behind another one, [behind, in front]; these two are
+        there after :meth:`compare`.
     holds, held : how many corners of one option another one under it may hold at most, [upper,
         lower] and [lower, upper].
     needed : corners that must be held.
@@ -62,51 +63,103 @@ class Listing:
         self.bin_of: Ints = np.repeat(np.arange(len(bins)), counts)[order]
         self._local: Ints = np.concatenate([np.arange(count) for count in counts])[order]
         self.cost, self.base = cost[order], self._of('base', order)
+        self.top: Ints = self._of('top', order)
         self.leans: Flags = self._of('leans', order)
         self.starts: Ints = np.searchsorted(box[order], np.arange(len(boxes) + 1)).astype(np.int64)
         kinds = np.column_stack([self.bin_of, self._of('size', order), self.base, self.leans])
         self.rank: Ints = np.unique(kinds, axis=0, return_inverse=True)[1].ravel()
+        self._limits, self._compared = limits, False
         self.too_many = len(order) > MOST_OPTIONS
         if not self.too_many:
-            self._compare(order, limits)
+            self._hold()
         self._tables: dict[int, tuple[Any, ...]] = {}
 
     def _of(self, name: str, order: Ints) -> NDArray[Any]:
         return np.concatenate([getattr(one, name) for one in self._options])[order]
 
-    def _compare(self, order: Ints, limits: NDArray[np.float64]) -> None:
-        count = len(order)
-        self.extra, self.behind = np.zeros((count, count)), np.zeros((count, count))
+    def _numbers(self, j: int) -> Ints:
+        """Numbers of the options in bin ``j``, in the order they have there."""
+        here = np.flatnonzero(self.bin_of == j)
+        return here[np.argsort(self._local[here])]
+
+    def _hold(self) -> None:
+        count = len(self.bin_of)
         self.holds: Corners = np.zeros((count, count), np.int8)
         self.needed = corners_needed(self._places[0].ground)
         self._under: list[Corners] = []
         for j, (one, places) in enumerate(zip(self._options, self._places, strict=True)):
-            here = np.flatnonzero(self.bin_of == j)
-            at, own = np.ix_(here, here), np.ix_(self._local[here], self._local[here])
-            under = holding(one, places.ground)
-            self._under.append(under)
-            self.holds[at] = under[own]
-            sizes = places.shapes[one.row[:, 3], 2:4]
-            extra, behind = pair_costs(
-                one.rows, one.by_x, one.by_y, sizes, np.column_stack([one.base, one.top]), one.box,
-                one.cost, one.flat, places.weights[0], limits,
-            )  # fmt: skip
-            self.extra[at], self.behind[at] = extra[own], behind[own]
+            at = self._numbers(j)
+            self._under.append(holding(one, places.ground))
+            self.holds[np.ix_(at, at)] = self._under[j]
         self.held: Corners = np.ascontiguousarray(self.holds.T)
+
+    def compare(self) -> None:
+        """Find ``extra`` and ``behind``, once."""
+        if self._compared:
+            return
+        self._compared = True
+        count = len(self.bin_of)
+        self.extra, self.behind = np.zeros((count, count)), np.zeros((count, count))
+        for j, (one, places) in enumerate(zip(self._options, self._places, strict=True)):
+            pair_costs(
+                one.rows, one.by_x, one.by_y, places.shapes[one.row[:, 3], 2:4],
+                np.column_stack([one.base, one.top]), one.box, one.cost, one.flat,
+                places.weights[0], self._limits, self._numbers(j), self.extra, self.behind,
+            )  # fmt: skip
+
+    def extents(self) -> Ints:
+        """Least and most place and size of each option, cells: (options, turns, axes, 3)."""
+        found = np.zeros((len(self.bin_of), 2, 2, 3), np.int64)
+        for j, (one, places) in enumerate(zip(self._options, self._places, strict=True)):
+            rows = np.concatenate(
+                [row_ranges(one.by_x, one.by_y), places.shapes[one.row[:, 3], 2:4, None]], axis=2
+            )
+            found[self._numbers(j)] = rows[one.rows]
+        return found
 
     def shape_of(self, option: int, turn: int) -> int:
         """Which shape of its bin an option in one of its turns is."""
         one = self._options[self.bin_of[option]]
         return int(one.row[one.rows[self._local[option], turn], 3])
 
-    def problem_of(self, own: Ints) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-        """Some options of one bin as :mod:`.relations` wants them."""
-        j = int(self.bin_of[own[0]])
-        places, local = self._places[j], self._local[own]
+    def problem_of(
+        self, own: Ints, elsewhere: Ints | None = None
+    ) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+        """Some options of one bin as :mod:`.relations` wants them.
+
+        ``elsewhere`` : how many corners of each other boxes than these may hold; then contact is
+        not asked for. None when these are all.
+        """
+        tables = self._tables_of(own)
+        if elsewhere is None:
+            elsewhere = np.zeros(len(own), np.int64)
+        else:
+            tables = (*tables[:-1], False)
+        found: tuple[tuple[Any, ...], tuple[Any, ...]] = problem_of(
+            self._local[own], *tables, elsewhere
+        )
+        return found
+
+    def close(
+        self, groups: Ints, wanted: NDArray[np.float64], bounds: NDArray[np.float64],
+        nodes: tuple[NDArray[Any], ...], budget: int, elsewhere: Ints | None = None,
+    ) -> int:  # fmt: skip
+        """:func:`.groups.close` for options of one bin, all in one go."""
+        tables = self._tables_of(groups)
+        if elsewhere is None:
+            elsewhere = np.zeros(groups.shape, np.int64)
+        else:
+            tables = (*tables[:-1], False)
+        return int(close(self._local[groups], elsewhere, wanted, bounds, nodes, budget, tables))
+
+    def _tables_of(self, own: Ints) -> tuple[Any, ...]:
+        """What :func:`.groups.problem_of` asks for, ready for some options of one bin."""
+        j = int(self.bin_of[own.flat[0]])
+        places = self._places[j]
         if j not in self._tables:
             self._tables[j] = self._make_tables(j)
         options, sizes, ranges, after, near, filled, beside = self._tables[j]
-        needed = np.unique(self._options[j].rows[local])
+        needed = np.unique(self._options[j].rows[self._local[own]])
         missing = needed[~filled[needed]]
         if len(missing):
             one = self._options[j]
@@ -115,11 +168,10 @@ class Listing:
                 places.ground, places.zones, places.refusal, after, near,
             )  # fmt: skip
             filled[missing] = True
-        found: tuple[tuple[Any, ...], tuple[Any, ...]] = problem_of(
-            local, options, sizes, ranges, after, near, beside, places.ground, places.weights[0],
+        return (
+            options, sizes, ranges, after, near, beside, places.ground, places.weights[0],
             self._cep,
         )  # fmt: skip
-        return found
 
     def _make_tables(self, j: int) -> tuple[Any, ...]:
         one, places = self._options[j], self._places[j]

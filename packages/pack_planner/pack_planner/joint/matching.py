@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from pack_planner.joint.compiled import compiled
+
 
 @njit(cache=True, nogil=True)
 def matched(count, extra):  # type: ignore[no-untyped-def]
@@ -12,16 +14,17 @@ def matched(count, extra):  # type: ignore[no-untyped-def]
 
     Three boxes pay at least half of what their three pairs do.
     """
-    return matched_wholes(count, extra, 1 << np.arange(count))
+    return matched_wholes(count, extra, 1 << np.arange(count), np.empty(1 << count))
 
 
-@njit(cache=True, nogil=True)
-def matched_wholes(count, extra, whole):  # type: ignore[no-untyped-def]
+@compiled
+def matched_wholes(count, extra, whole, found):  # type: ignore[no-untyped-def]
     """The same where ``extra`` of a pair is paid by two sets of boxes, ``whole`` of each as bits.
 
-    Pairs and triples then share no box of these sets.
+    Pairs and triples then share no box of these sets. ``found`` is room for a number for each set
+    of boxes.
     """
-    found = np.zeros(1 << count)
+    found[0] = 0.0
     for mask in range(1, 1 << count):
         best = 0.0
         for i in range(count):

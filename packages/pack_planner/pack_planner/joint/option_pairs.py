@@ -43,7 +43,9 @@ def _beside(first, after, wide, best):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def pair_costs(rows, by_x, by_y, sizes, span, box, cost, flat, w1, limits):  # type: ignore[no-untyped-def]
+def pair_costs(  # type: ignore[no-untyped-def]
+    rows, by_x, by_y, sizes, span, box, cost, flat, w1, limits, at, found, behind
+):
     """What two options in one bin must pay on top of their least costs.
 
     Parameters
@@ -54,15 +56,12 @@ def pair_costs(rows, by_x, by_y, sizes, span, box, cost, flat, w1, limits):  # t
     span : base and top of each option.
     box, cost, flat : of each option: its box, its least cost, what of it is not w1 (x + y).
     limits : for two boxes, the most that both may cost together; infinite stands for more.
-
-    Returns
-    -------
-    What both pay together; what the one pays when it goes behind the other, [behind, in front];
-    both (options, options).
+    at : numbers of the options in what follows.
+    found : becomes what both pay together.
+    behind : becomes what the one pays when it goes behind the other, [behind, in front].
     """
     count = len(rows)
     after_x, after_y = suffix_least(by_x), suffix_least(by_y)
-    found, behind = np.zeros((count, count)), np.zeros((count, count))
     first = _first(by_x), _first(by_y)
     for i in range(count):
         for k in range(i + 1, count):
@@ -75,25 +74,27 @@ def pair_costs(rows, by_x, by_y, sizes, span, box, cost, flat, w1, limits):  # t
                 if w1 > 0:
                     best = int(min(NEVER, np.ceil((limit - flat[i] - flat[k]) / w1)))
                 worst = best
+                at_least = round((least - flat[i] - flat[k]) / w1) if w1 > 0 else 0
                 after_i, after_k = NEVER, NEVER
                 for p in range(2):
                     for q in range(2):
                         r, s = rows[i, p], rows[k, q]
                         if (p == 1 and r == rows[i, 0]) or (q == 1 and s == rows[k, 0]):
                             continue
-                        best = _beside(by_x[r], after_x[s], sizes[r, 0], best)
-                        best = _beside(by_x[s], after_x[r], sizes[s, 0], best)
-                        best = _beside(by_y[r], after_y[s], sizes[r, 1], best)
-                        best = _beside(by_y[s], after_y[r], sizes[s, 1], best)
+                        if best > at_least:
+                            best = _beside(by_x[r], after_x[s], sizes[r, 0], best)
+                            best = _beside(by_x[s], after_x[r], sizes[s, 0], best)
+                        if best > at_least:
+                            best = _beside(by_y[r], after_y[s], sizes[r, 1], best)
+                            best = _beside(by_y[s], after_y[r], sizes[s, 1], best)
                         for after, axis in ((after_x, 0), (after_y, 1)):
                             last = after.shape[1] - 1
-                            at = min(first[axis][s] + sizes[s, axis], last)
-                            after_i = min(after_i, after[r, at])
-                            at = min(first[axis][r] + sizes[r, axis], last)
-                            after_k = min(after_k, after[s, at])
-                behind[i, k] = max(0.0, flat[i] + w1 * after_i - cost[i])
-                behind[k, i] = max(0.0, flat[k] + w1 * after_k - cost[k])
+                            end = min(first[axis][s] + sizes[s, axis], last)
+                            after_i = min(after_i, after[r, end])
+                            end = min(first[axis][r] + sizes[r, axis], last)
+                            after_k = min(after_k, after[s, end])
+                behind[at[i], at[k]] = max(0.0, flat[i] + w1 * after_i - cost[i])
+                behind[at[k], at[i]] = max(0.0, flat[k] + w1 * after_k - cost[k])
                 least = max(least, flat[i] + flat[k] + w1 * best) if best < worst else np.inf
             pays = least - cost[i] - cost[k] if least < limit else np.inf
-            found[i, k] = found[k, i] = max(0.0, pays)
-    return found, behind
+            found[at[i], at[k]] = found[at[k], at[i]] = max(0.0, pays)

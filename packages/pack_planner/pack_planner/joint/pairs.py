@@ -100,9 +100,7 @@ def sides(i, k, problem, node, limit, out, behind):  # type: ignore[no-untyped-d
                     y1 = last
                 most = limit - cheapest_b - on_b - on_a
                 if plain_a:
-                    one = plain_cost(
-                        after, near, rows[a, ta], flat[a], w1, x0, x1, y0, y1, most
-                    )
+                    one = plain_cost(after, near, rows[a, ta], flat[a], w1, x0, x1, y0, y1, most)
                 else:
                     one = least_cost(a, ta, problem, node, (x0, x1, y0, y1), most)
                 one += on_a
@@ -121,9 +119,7 @@ def sides(i, k, problem, node, limit, out, behind):  # type: ignore[no-untyped-d
                 if first == lo[b, axis]:
                     two = least[b, tb]
                 elif plain_b:
-                    two = plain_cost(
-                        after, near, rows[b, tb], flat[b], w1, x0, x1, y0, y1, most
-                    )
+                    two = plain_cost(after, near, rows[b, tb], flat[b], w1, x0, x1, y0, y1, most)
                 else:
                     two = least_cost(b, tb, problem, node, (x0, x1, y0, y1), most)
                 if two >= most:

@@ -153,13 +153,24 @@ def search(problem, nodes, counters, upper, budget, rejected):  # type: ignore[n
     costs, chosen, extra = np.empty((2, 2, 4)), np.empty((2, 2, 4)), np.empty((count, count))
     return _search(
         problem, node, nodes, counters, upper, budget, rejected, costs, chosen, extra,
-        room_for(count),
+        np.empty(1 << count), room_for(count),
     )  # fmt: skip
 
 
 @compiled
 def _search(  # type: ignore[no-untyped-def]
-    problem, node, nodes, counters, upper, budget, rejected, costs, chosen, extra, room_behind
+    problem,
+    node,
+    nodes,
+    counters,
+    upper,
+    budget,
+    rejected,
+    costs,
+    chosen,
+    extra,
+    found,
+    room_behind,
 ):
     """The same with the node that is looked at, and room to work in."""
     pays = room_behind[0]
@@ -189,8 +200,12 @@ def _search(  # type: ignore[no-untyped-def]
         extra[:] = 0.0
         one, two, least_work, own = -1, -1, HUGE, 0.0
         hopeless = False
-        pairs = 0
+        pairs, seen = 0, 0
         for i in range(count):
+            if pairs > max(seen, 1):
+                seen = pairs
+                most = upper - total
+                hopeless = hopeless or least_behind(count, pairs, most, room_behind) >= most - EPS
             for k in range(i + 1, count):
                 if hopeless or not meets[i, k] or node[3][i, k] or not meet(i, k, place, sizes):
                     continue
@@ -223,7 +238,7 @@ def _search(  # type: ignore[no-untyped-def]
         if hopeless:
             continue
         if one >= 0:
-            node[8][0] = max(node[8][0], total + matched_wholes(count, extra, wholly))
+            node[8][0] = max(node[8][0], total + matched_wholes(count, extra, wholly, found))
             if node[8][0] < upper - EPS:
                 most = upper - total
                 most = least_behind(count, pairs, most, room_behind)

@@ -1,0 +1,110 @@
+"""Bounds of many groups in one go, and the first solution where none is known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from joint_cases import tiny_problem
+from planner_cases import coarse
+
+from pack_planner.algorithms.incumbent import greedy
+from pack_planner.engine import Engine
+from pack_planner.joint.assign import group_bounds
+from pack_planner.joint.closing import Closing
+from pack_planner.joint.grouped import GroupedSearch, _split
+from pack_planner.joint.groups import Group, empty_nodes
+from pack_planner.joint.solve import JointSearch
+
+ENGINE = Engine(coarse('paper', 10))
+
+
+def search_of(problem, start):
+    joint = JointSearch(ENGINE, problem.boxes, problem.bins, problem.forbidden, start)
+    return GroupedSearch(
+        ENGINE, problem.boxes, problem.bins, problem.forbidden, start, joint.reach, 0
+    )
+
+
+def listed(problem):
+    """The search, its listing and all groups, of boxes that were placed from small to large."""
+    start = greedy(problem, sorted(problem.boxes, key=lambda box: box.volume_mm3))
+    search = search_of(problem, start)
+    listing = search._list()
+    listing.compare()
+    goal = 10.0 * sum(one.objective for one in start)
+    picks = search._picks(listing, goal)
+    return listing, goal, *_split(picks, listing.bin_of, len(problem.bins))
+
+
+def with_a_start(count, seeds):
+    for seed in seeds:
+        problem = tiny_problem(ENGINE, seed, count)
+        if greedy(problem, sorted(problem.boxes, key=lambda box: box.volume_mm3)):
+            yield problem
+
+
+def test_no_bound_is_above_what_the_group_costs_also_by_some_of_its_boxes():
+    possible, raised, by_part = 0, 0, 0
+    for problem in with_a_start(5, range(12)):
+        listing, goal, rows, parts = listed(problem)
+        bounds = group_bounds(rows, listing.cost, listing.extra, listing.behind)
+        before = bounds.copy()
+        largest_first = np.argsort([-box.volume_mm3 for box in problem.boxes])
+        closing = Closing(listing, largest_first, empty_nodes, lambda: False)
+        closing.begin(rows)
+        closing.close(parts, bounds, goal)
+        by_part += len(closing._parts)
+        higher = np.flatnonzero(bounds > before + 1e-6)
+        raised += len(higher)
+        assert (bounds >= before).all()
+        for g in higher[:: 1 + len(higher) // 100]:
+            own = rows[g][rows[g] >= 0]
+            group = Group(*listing.problem_of(own), 0.0)
+            group.improve(1.2 * goal, lambda places: True, lambda: False, empty_nodes(len(own)))
+            assert bounds[g] <= group.cost + 1e-6
+            possible += np.isfinite(group.cost)
+    assert possible > 100
+    assert raised > 1000
+    assert by_part > 10
+
+
+def test_a_group_is_closed_once():
+    problem = next(with_a_start(4, range(12)))
+    listing, goal, rows, parts = listed(problem)
+    bounds = group_bounds(rows, listing.cost, listing.extra, listing.behind)
+    closing = Closing(listing, np.arange(4), empty_nodes, lambda: False)
+    closing.begin(rows)
+    assert closing.close(parts, bounds, goal) > 0
+    assert closing.close(parts, bounds, goal) == 0
+
+
+@pytest.mark.parametrize('elsewhere', [0, 1, 3])
+def test_corners_that_others_may_hold_need_no_hold_here(elsewhere):
+    """Without help a group that leans costs the most; what others hold makes it no dearer."""
+    leaning = 0
+    for problem in with_a_start(3, range(8)):
+        listing, goal, rows, _ = listed(problem)
+        for row in rows[(rows >= 0).sum(axis=1) == 3][:30]:
+            exact, helped = (
+                Group(*listing.problem_of(row, corners), 0.0)
+                for corners in (None, np.full(3, elsewhere))
+            )
+            for group in (exact, helped):
+                group.improve(goal, lambda places: True, lambda: False, empty_nodes(3))
+            assert helped.bound <= exact.bound + 1e-6
+            assert elsewhere or helped.bound == exact.bound
+            leaning += listing.leans[row].any()
+    assert leaning > 20
+
+
+def test_a_large_box_that_lies_on_small_ones_of_the_look_ahead_alone_is_found():
+    found = 0
+    for seed in range(100):
+        problem = tiny_problem(ENGINE, seed, 4)
+        if greedy(problem, problem.boxes) is None:
+            result = search_of(problem, None).run(lambda: False)
+            found += result.candidates is not None and any(
+                not ENGINE.stands(one.placed, problem.bins[one.bin_index])
+                for one in result.candidates
+            )
+    assert found > 2
