@@ -98,7 +98,11 @@ def _by_groups(
         problem.engine, boxes, problem.bins, problem.forbidden, ours.candidates, search.reach,
         ours.lower_bound, cep=problem.cep,
     )  # fmt: skip
-    found = grouped.run(lambda: time.monotonic() > deadlines[grouped.found])
+
+    def seconds_left() -> float:
+        return deadlines[grouped.found] - time.monotonic()
+
+    found = grouped.run(lambda: seconds_left() <= 0, seconds_left)
     return replace(found, nodes=ours.nodes + found.nodes)
 
 

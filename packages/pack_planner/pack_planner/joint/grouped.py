@@ -43,7 +43,9 @@ from pack_planner.joint.solution import JointResult, all_touch, joint_violations
 from pack_planner.joint.solve import turns_of
 
 #: Assignments that are listed at most, and options looked at for that.
-_MOST_ASSIGNMENTS, _MOST_VISITS = 200_000, 50_000_000
+_MOST_ASSIGNMENTS, _MOST_VISITS = 200_000, 100_000_000
+#: Options looked at in a second, on a fast machine.
+_VISITS_PER_S = 60_000_000
 #: Goals, as shares of the way from the bound to the known solution.
 _GOALS = (0.25, 0.5)
 #: The least step of the goal, as a share of the bound.
@@ -79,9 +81,16 @@ class GroupedSearch:
         self._nodes: dict[int, Nodes] = {}
         self._groups: dict[bytes, Group] = {}
         self._taken = 0
+        self._seconds_left: Callable[[], float] = lambda: math.inf
 
-    def run(self, out_of_time: Callable[[], bool]) -> JointResult:
-        """Search until it is proven, time is out, or there is too much to list."""
+    def run(
+        self, out_of_time: Callable[[], bool], seconds_left: Callable[[], float] = lambda: math.inf
+    ) -> JointResult:
+        """Search until it is proven, time is out, or there is too much to list.
+
+        Listing does not ask whether time is out; ``seconds_left`` limits how much it looks at.
+        """
+        self._seconds_left = seconds_left
         least = self._reach.cheapest
         if not np.isfinite(least).all():
             self._lower = self._upper
@@ -193,10 +202,11 @@ class GroupedSearch:
 
     def _picks(self, listing: Listing, goal: float) -> Ints | None:
         """The assignments that may cost less than ``goal``, None for too many."""
+        visits = int(min(_MOST_VISITS, max(self._seconds_left(), 0.0) * _VISITS_PER_S))
         picks: Ints = assignments(
             listing.starts, listing.cost, listing.extra, listing.behind, listing.rank, self._twins,
             listing.leans, listing.holds, listing.held, listing.needed, goal,
-            _MOST_ASSIGNMENTS, _MOST_VISITS,
+            _MOST_ASSIGNMENTS, visits,
         )  # fmt: skip
         return picks if len(picks) <= _MOST_ASSIGNMENTS else None
 
