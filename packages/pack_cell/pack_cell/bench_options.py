@@ -132,7 +132,8 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     how.add_argument(
         '--selection', default='least_increase', metavar='RULE',
-        help='which box is placed: least_increase (default), large_when_empty, largest, nearest',
+        help='which box is placed: least_increase (default), least_growth, large_when_empty, '
+        'largest, nearest',
     )  # fmt: skip
     how.add_argument(
         '--large-until', type=float, default=0.5, metavar='FILL',

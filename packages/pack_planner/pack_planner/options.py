@@ -9,7 +9,7 @@ from dataclasses import dataclass
 SORTS = ('volume', 'area', 'height', 'arrival')
 
 #: Which of the boxes that could be placed is placed (sections III-A.3 and III-B of the paper).
-SELECTIONS = ('least_increase', 'large_when_empty', 'largest', 'nearest')
+SELECTIONS = ('least_increase', 'least_growth', 'large_when_empty', 'largest', 'nearest')
 
 #: Which bin is closed when nothing fits.
 CLOSINGS = ('fullest', 'oldest', 'least_useful')

@@ -83,6 +83,19 @@ def test_large_boxes_first_and_small_ones_once_the_bin_is_full(paper, height, li
     assert selected(paper, 'large_when_empty', boxes, target, large_until=limit) == expected
 
 
+@pytest.mark.parametrize('algorithm', ['mpack_lite', 'mpack'])
+@pytest.mark.parametrize(('rule', 'expected'), [('least_growth', 'a'), ('least_increase', 'b')])
+def test_least_growth_takes_what_stays_within_the_boxes_that_are_there(
+    paper, algorithm, rule, expected
+):
+    wall = PlacedBox(Box('wall', (200.0, 400.0, 100.0)), (400, 0, 0), (200, 400, 100))
+    begun = Bin('old', 1, SMALL, (block(250, 'tower', (100, 400)), wall))
+    # a stands between both, x + top is 34 cm; b only fits into the new bin, 31 cm high
+    boxes = [Box('a', (240.0, 240.0, 240.0)), Box('b', (310.0, 310.0, 310.0))]
+    new = Bin('new', 2, SMALL)
+    assert selected(paper, rule, boxes, begun, new, algorithm=algorithm) == expected
+
+
 def test_large_when_empty_looks_at_the_oldest_bin_that_takes_a_box(paper):
     full = Bin('old', 1, SMALL, (block(280),))
     assert selected(paper, 'large_when_empty', [LARGE, SMALL_BOX], full, Bin('n', 2, SMALL)) == (

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
+from pack_msgs_py.values import PlacedBox
 from pack_planner.algorithms.base import Problem
 from pack_planner.engine import Candidate
 
@@ -15,18 +16,28 @@ def selection_key(problem: Problem) -> Key:
     """The rule ``problem.selection`` as a key.
 
     ``least_increase`` : least w1 (x + y) + w2 (z + dz), the paper's rule.
+    ``least_growth`` : the same sentence read another way, least increase of w1 (x + y) + w2 top of
+    all that is in the bin, each the most of any box there.
     ``large_when_empty`` : in the oldest bin that any box goes to, the largest box while the bin's
     fill rate is below ``problem.large_until``, from then on the smallest (the paper's footnote).
     ``largest`` : the box of largest volume.
     ``nearest`` : the box that comes first on the belt.
 
-    Equal ones of the last three go by least increase too.
+    Equal ones of all but ``nearest`` go by least increase too.
     """
     increase = problem.engine.increase
     order = {box.id: index for index, box in enumerate(problem.boxes)}
 
     def least_increase(one: Candidate) -> tuple[float, ...]:
         return (increase(one.placed),)
+
+    weights = problem.engine.weights
+    most = [_most(model.source.boxes) for model in problem.bins]
+
+    def least_growth(one: Candidate) -> tuple[float, ...]:
+        after = (*one.placed.corner_mm[:2], one.placed.top_mm)
+        x, y, top = (max(0, b - a) for a, b in zip(most[one.bin_index], after, strict=True))
+        return (weights.position * (x + y) + weights.height * top, increase(one.placed))
 
     def large_when_empty(one: Candidate) -> tuple[float, ...]:
         volume, index = one.placed.box.volume_mm3, one.bin_index
@@ -41,8 +52,15 @@ def selection_key(problem: Problem) -> Key:
 
     rules: dict[str, Key] = {
         'least_increase': least_increase,
+        'least_growth': least_growth,
         'large_when_empty': large_when_empty,
         'largest': largest,
         'nearest': nearest,
     }
     return rules[problem.selection]
+
+
+def _most(boxes: Sequence[PlacedBox]) -> tuple[int, ...]:
+    """The largest x, y and top of placed boxes, millimetres."""
+    found = [(*one.corner_mm[:2], one.top_mm) for one in boxes]
+    return tuple(max(values) for values in zip((0, 0, 0), *found, strict=True))
