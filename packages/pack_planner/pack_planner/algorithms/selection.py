@@ -31,12 +31,10 @@ def selection_key(problem: Problem) -> Key:
     def least_increase(one: Candidate) -> tuple[float, ...]:
         return (increase(one.placed),)
 
-    weights = problem.engine.weights
-    most = [_most(model.source.boxes) for model in problem.bins]
-
     def least_growth(one: Candidate) -> tuple[float, ...]:
+        weights, before = problem.engine.weights, _most(problem.bins[one.bin_index].source.boxes)
         after = (*one.placed.corner_mm[:2], one.placed.top_mm)
-        x, y, top = (max(0, b - a) for a, b in zip(most[one.bin_index], after, strict=True))
+        x, y, top = (max(0, b - a) for a, b in zip(before, after, strict=True))
         return (weights.position * (x + y) + weights.height * top, increase(one.placed))
 
     def large_when_empty(one: Candidate) -> tuple[float, ...]:

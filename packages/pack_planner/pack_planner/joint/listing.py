@@ -68,7 +68,7 @@ class Listing:
         self.starts: Ints = np.searchsorted(box[order], np.arange(len(boxes) + 1)).astype(np.int64)
         kinds = np.column_stack([self.bin_of, self._of('size', order), self.base, self.leans])
         self.rank: Ints = np.unique(kinds, axis=0, return_inverse=True)[1].ravel()
-        self._limits, self._compared = limits, False
+        self._limits = limits
         self.too_many = len(order) > MOST_OPTIONS
         if not self.too_many:
             self._hold()
@@ -94,10 +94,7 @@ class Listing:
         self.held: Corners = np.ascontiguousarray(self.holds.T)
 
     def compare(self) -> None:
-        """Find ``extra`` and ``behind``, once."""
-        if self._compared:
-            return
-        self._compared = True
+        """Find ``extra`` and ``behind``."""
         count = len(self.bin_of)
         self.extra, self.behind = np.zeros((count, count)), np.zeros((count, count))
         for j, (one, places) in enumerate(zip(self._options, self._places, strict=True)):
@@ -130,11 +127,7 @@ class Listing:
         ``elsewhere`` : how many corners of each other boxes than these may hold; then contact is
         not asked for. None when these are all.
         """
-        tables = self._tables_of(own)
-        if elsewhere is None:
-            elsewhere = np.zeros(len(own), np.int64)
-        else:
-            tables = (*tables[:-1], False)
+        tables, elsewhere = self._tables_of(own, elsewhere)
         found: tuple[tuple[Any, ...], tuple[Any, ...]] = problem_of(
             self._local[own], *tables, elsewhere
         )
@@ -145,15 +138,14 @@ class Listing:
         nodes: tuple[NDArray[Any], ...], budget: int, elsewhere: Ints | None = None,
     ) -> int:  # fmt: skip
         """:func:`.groups.close` for options of one bin, all in one go."""
-        tables = self._tables_of(groups)
-        if elsewhere is None:
-            elsewhere = np.zeros(groups.shape, np.int64)
-        else:
-            tables = (*tables[:-1], False)
+        tables, elsewhere = self._tables_of(groups, elsewhere)
         return int(close(self._local[groups], elsewhere, wanted, bounds, nodes, budget, tables))
 
-    def _tables_of(self, own: Ints) -> tuple[Any, ...]:
-        """What :func:`.groups.problem_of` asks for, ready for some options of one bin."""
+    def _tables_of(self, own: Ints, elsewhere: Ints | None) -> tuple[tuple[Any, ...], Ints]:
+        """What :func:`.groups.problem_of` asks for, ready for some options of one bin.
+
+        ``elsewhere`` as in :meth:`problem_of`, and returned in full.
+        """
         j = int(self.bin_of[own.flat[0]])
         places = self._places[j]
         if j not in self._tables:
@@ -168,10 +160,11 @@ class Listing:
                 places.ground, places.zones, places.refusal, after, near,
             )  # fmt: skip
             filled[missing] = True
-        return (
+        tables = (
             options, sizes, ranges, after, near, beside, places.ground, places.weights[0],
-            self._cep,
+            self._cep and elsewhere is None,
         )  # fmt: skip
+        return tables, np.zeros(own.shape, np.int64) if elsewhere is None else elsewhere
 
     def _make_tables(self, j: int) -> tuple[Any, ...]:
         one, places = self._options[j], self._places[j]
