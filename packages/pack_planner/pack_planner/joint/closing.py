@@ -1,8 +1,9 @@
 """Bounds of many groups of boxes in one go, before any of them is searched alone.
 
-Most groups of a list are shown by a node or two to cost too much, in less time than it takes to
-begin with one. Of the others the largest boxes alone may do: the same large boxes are in many
-groups, that differ in where the small ones are.
+The same large boxes are in many groups, that differ in where the small ones are. So a group's
+largest boxes are searched first; if they alone cost too much, so do all groups that they are in.
+Most of the others are shown by a node or two to cost too much, in less time than it takes to begin
+with one.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from pack_planner.joint.groups import Ints, Nodes
 from pack_planner.joint.listing import Listing
 
-#: Nodes for a group, and for some boxes of many groups.
+#: Nodes for a whole group, and for some boxes of many groups.
 _FEW_NODES, _MORE_NODES = 5, 2000
 #: Of the latter between looks at the clock.
 _AT_ONCE = 10
@@ -68,13 +69,19 @@ class Closing:
             groups = self._rows[own][:, self._order]
             groups = groups[groups >= 0].reshape(-1, size)
             better = bounds[own]
-            taken += self._listing.close(groups, wanted[own], better, self._room(size), _FEW_NODES)
             for left_out in _LEFT_OUT:
                 left = np.flatnonzero(better < wanted[own] - _EPS)
                 if len(left) and size - left_out >= _FEWEST:
                     taken += self._by_part(
                         groups[left], size - left_out, wanted[own[left]], better, left
                     )
+            left = np.flatnonzero(better < wanted[own] - _EPS)
+            if len(left):
+                whole = better[left]
+                taken += self._listing.close(
+                    groups[left], wanted[own[left]], whole, self._room(size), _FEW_NODES
+                )
+                better[left] = whole
             bounds[own] = better
         return taken
 
