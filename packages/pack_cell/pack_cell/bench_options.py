@@ -131,9 +131,9 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
         help='order of virtual packing: volume (default), area, height, arrival',
     )  # fmt: skip
     how.add_argument(
-        '--selection', default='least_increase', metavar='RULE',
-        help='which box is placed: least_increase (default), least_growth, large_when_empty, '
-        'largest, nearest',
+        '--selection', default='auto', metavar='RULE',
+        help='which box is placed: least_increase, least_growth, large_when_empty, largest, '
+        'nearest, or auto (default: least_growth for mpack, else least_increase)',
     )  # fmt: skip
     how.add_argument(
         '--large-until', type=float, default=0.5, metavar='FILL',

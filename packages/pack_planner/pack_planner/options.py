@@ -9,7 +9,7 @@ from dataclasses import dataclass
 SORTS = ('volume', 'area', 'height', 'arrival')
 
 #: Which of the boxes that could be placed is placed (sections III-A.3 and III-B of the paper).
-SELECTIONS = ('least_increase', 'least_growth', 'large_when_empty', 'largest', 'nearest')
+SELECTIONS = ('auto', 'least_increase', 'least_growth', 'large_when_empty', 'largest', 'nearest')
 
 #: Which bin is closed when nothing fits.
 CLOSINGS = ('fullest', 'oldest', 'least_useful')
@@ -27,7 +27,8 @@ class Options:
     cep : constraints for efficient packing, for `mpack` and `mpack_lite`; see
         :mod:`pack_planner.engine.contact`.
     sort : SORT of OPack, see :func:`pack_planner.algorithms.opack.sorted_boxes`.
-    selection : box selection of OPack and MPack, see :mod:`pack_planner.algorithms.selection`.
+    selection : box selection of OPack and MPack, see :mod:`pack_planner.algorithms.selection`;
+        ``auto`` is ``least_growth`` for `mpack` and ``least_increase`` for OPack.
     large_until : fill rate, 0 to 1, below which ``large_when_empty`` takes the largest box.
     closing : which bin is closed when nothing fits, see :mod:`pack_planner.closing`.
     max_passed_over : how often a box may be passed over before it must be next; 0 for no limit.
@@ -35,7 +36,7 @@ class Options:
 
     cep: bool = False
     sort: str = 'volume'
-    selection: str = 'least_increase'
+    selection: str = 'auto'
     large_until: float = 0.5
     closing: str = 'fullest'
     max_passed_over: int = 0

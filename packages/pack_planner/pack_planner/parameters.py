@@ -87,8 +87,9 @@ class PlannerParameters:
         'volume', 'in which order OPack packs the look-ahead virtually', choices=SORTS
     )
     selection: str = parameter(
-        'least_increase',
-        'which of the boxes that OPack or MPack could place is placed',
+        'auto',
+        'which of the boxes that OPack or MPack could place is placed; `auto` is `least_growth` '
+        "for `mpack` and `least_increase`, the paper's, for OPack",
         choices=SELECTIONS,
     )
     large_until: float = parameter(

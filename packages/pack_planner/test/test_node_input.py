@@ -152,7 +152,7 @@ def test_every_option_may_change_between_two_boxes(domain):
 
 BAD = {
     'algorithm': ('best_guess', 'mpack_lite'), 'sort': ('colour', 'volume'),
-    'selection': ('best', 'least_increase'), 'closing': ('newest', 'fullest'),
+    'selection': ('best', 'auto, least_increase'), 'closing': ('newest', 'fullest'),
     'cep': (1, 'BOOL'), 'weights': ('1,nan,100', 'w2 is nan'), 'large_until': (2.0, '1'),
     'max_passed_over': (-1, '0'), 'budget_s': (math.nan, 'nan'), 'profile': ('soft', 'paper'),
 }  # fmt: skip

@@ -83,10 +83,13 @@ def test_large_boxes_first_and_small_ones_once_the_bin_is_full(paper, height, li
     assert selected(paper, 'large_when_empty', boxes, target, large_until=limit) == expected
 
 
-@pytest.mark.parametrize('algorithm', ['mpack_lite', 'mpack'])
-@pytest.mark.parametrize(('rule', 'expected'), [('least_growth', 'a'), ('least_increase', 'b')])
+@pytest.mark.parametrize(('rule', 'algorithm', 'expected'), [
+    ('least_growth', 'mpack_lite', 'a'), ('least_growth', 'mpack', 'a'),
+    ('least_increase', 'mpack_lite', 'b'), ('least_increase', 'mpack', 'b'),
+    ('auto', 'mpack_lite', 'b'), ('auto', 'o_first_fit', 'b'), ('auto', 'mpack', 'a'),
+])  # fmt: skip
 def test_least_growth_takes_what_stays_within_the_boxes_that_are_there(
-    paper, algorithm, rule, expected
+    paper, rule, algorithm, expected
 ):
     wall = PlacedBox(Box('wall', (200.0, 400.0, 100.0)), (400, 0, 0), (200, 400, 100))
     begun = Bin('old', 1, SMALL, (block(250, 'tower', (100, 400)), wall))
@@ -94,6 +97,20 @@ def test_least_growth_takes_what_stays_within_the_boxes_that_are_there(
     boxes = [Box('a', (240.0, 240.0, 240.0)), Box('b', (310.0, 310.0, 310.0))]
     new = Bin('new', 2, SMALL)
     assert selected(paper, rule, boxes, begun, new, algorithm=algorithm) == expected
+
+
+@pytest.mark.parametrize('algorithm', ['mpack_lite', 'mpack'])
+def test_of_boxes_that_grow_a_bin_equally_least_growth_takes_the_largest(paper, algorithm):
+    # all three stay within what the towers and the plate take up
+    target = Bin('b', 1, SMALL, (
+        block(300, 'tower', (100, 200)),
+        PlacedBox(Box('other', (100.0, 200.0, 300.0)), (0, 200, 0), (100, 200, 300)),
+        PlacedBox(Box('plate', (100.0, 400.0, 10.0)), (500, 0, 0), (100, 400, 10)),
+    ))  # fmt: skip
+    boxes = [MIDDLE, LARGE, SMALL_BOX]
+    options = {'algorithm': algorithm, 'sort': 'arrival'}
+    assert selected(paper, 'least_growth', boxes, target, **options) == 'large'
+    assert selected(paper, 'least_increase', boxes, target, **options) != 'large'
 
 
 def test_large_when_empty_looks_at_the_oldest_bin_that_takes_a_box(paper):

@@ -55,7 +55,7 @@ class Problem:
     backend: str = 'search'
     cep: bool = False
     sort: str = 'volume'
-    selection: str = 'least_increase'
+    selection: str = 'auto'
     large_until: float = 0.5
 
     def __post_init__(self) -> None:

@@ -11,7 +11,7 @@ from pack_msgs_py.codes import PlacementStatus
 from pack_msgs_py.values import Bin, BinSpec, Box
 from pack_planner.algorithms.base import Choice, Problem
 from pack_planner.algorithms.incumbent import best_incumbent, greedy
-from pack_planner.algorithms.selection import selection_key
+from pack_planner.algorithms.selection import selection_key, selection_rule
 from pack_planner.engine import Candidate, Engine
 from pack_planner.engine.engine import nothing_forbidden
 from pack_planner.joint.grouped import GroupedSearch
@@ -158,12 +158,12 @@ def _least(problem: Problem, candidates: Sequence[Candidate]) -> Candidate:
     """Box selection of section III-A.3; the lowest box always stands on real boxes alone."""
     engine, bins = problem.engine, problem.bins
     order: dict[Box, int] = {box: index for index, box in enumerate(problem.boxes)}
-    rule = selection_key(problem)
+    key = selection_key(problem, selection_rule(problem, own='least_growth'))
     alone = [one for one in candidates if engine.stands(one.placed, bins[one.bin_index])]
     touching = [
         one for one in alone if engine.stands(one.placed, bins[one.bin_index], cep=problem.cep)
     ]
-    return min(touching or alone, key=lambda one: (*rule(one), order[one.placed.box]))
+    return min(touching or alone, key=lambda one: (*key(one), order[one.placed.box]))
 
 
 def warm_up(engine: Engine) -> None:

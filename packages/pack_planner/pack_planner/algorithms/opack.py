@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from pack_msgs_py.values import Box
 from pack_planner.algorithms.base import Choice, PackRule, Problem
-from pack_planner.algorithms.selection import selection_key
+from pack_planner.algorithms.selection import selection_key, selection_rule
 from pack_planner.engine import Candidate
 
 
@@ -60,12 +60,15 @@ def opack(problem: Problem, pack_rule: PackRule) -> Choice | None:
             first_in_its_bin.add(len(found))
         found.append(candidate)
         virtual[index] = engine.with_box(virtual[index], candidate.placed)
-    key = selection_key(problem)
+    rule = selection_rule(problem, own='least_increase')
+    key = selection_key(problem, rule)
     for number in sorted(range(len(found)), key=lambda number: key(found[number])):
         candidate = found[number]
         real = problem.bins[candidate.bin_index]
         if number in first_in_its_bin or engine.stands(candidate.placed, real, cep=problem.cep):
-            rule, increase = problem.selection.replace('_', ' '), engine.increase(candidate.placed)
-            reason = f'{rule} of {len(found)} boxes that fit, increase {increase:g}'
+            increase = engine.increase(candidate.placed)
+            reason = (
+                f'{rule.replace("_", " ")} of {len(found)} boxes that fit, increase {increase:g}'
+            )
             return Choice(candidate, reason=reason)
     return None

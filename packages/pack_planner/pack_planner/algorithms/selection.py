@@ -12,18 +12,23 @@ from pack_planner.engine import Candidate
 Key = Callable[[Candidate], tuple[float, ...]]
 
 
-def selection_key(problem: Problem) -> Key:
-    """The rule ``problem.selection`` as a key.
+def selection_rule(problem: Problem, own: str) -> str:
+    """The name of the rule ``problem.selection``; ``auto`` is ``own``, that of the algorithm."""
+    return own if problem.selection == 'auto' else problem.selection
+
+
+def selection_key(problem: Problem, rule: str) -> Key:
+    """The rule called ``rule`` as a key.
 
     ``least_increase`` : least w1 (x + y) + w2 (z + dz), the paper's rule.
     ``least_growth`` : the same sentence read another way, least increase of w1 (x + y) + w2 top of
-    all that is in the bin, each the most of any box there.
+    all that is in the bin, each the most of any box there; of equal ones the largest box.
     ``large_when_empty`` : in the oldest bin that any box goes to, the largest box while the bin's
     fill rate is below ``problem.large_until``, from then on the smallest (the paper's footnote).
     ``largest`` : the box of largest volume.
     ``nearest`` : the box that comes first on the belt.
 
-    Equal ones of all but ``nearest`` go by least increase too.
+    Equal ones of all but ``nearest`` go by least increase at last.
     """
     increase = problem.engine.increase
     order = {box.id: index for index, box in enumerate(problem.boxes)}
@@ -35,7 +40,8 @@ def selection_key(problem: Problem) -> Key:
         weights, before = problem.engine.weights, _most(problem.bins[one.bin_index].source.boxes)
         after = (*one.placed.corner_mm[:2], one.placed.top_mm)
         x, y, top = (max(0, b - a) for a, b in zip(before, after, strict=True))
-        return (weights.position * (x + y) + weights.height * top, increase(one.placed))
+        growth = weights.position * (x + y) + weights.height * top
+        return (growth, *largest(one))
 
     def large_when_empty(one: Candidate) -> tuple[float, ...]:
         volume, index = one.placed.box.volume_mm3, one.bin_index
@@ -55,7 +61,7 @@ def selection_key(problem: Problem) -> Key:
         'largest': largest,
         'nearest': nearest,
     }
-    return rules[problem.selection]
+    return rules[rule]
 
 
 def _most(boxes: Sequence[PlacedBox]) -> tuple[int, ...]:

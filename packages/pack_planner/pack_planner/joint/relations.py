@@ -198,7 +198,7 @@ def _search(  # type: ignore[no-untyped-def]
         for i in range(count):
             total += cost[i]
         extra[:] = 0.0
-        one, two, least_work, own = -1, -1, HUGE, 0.0
+        one, two, least_work, own = np.int64(-1), np.int64(-1), HUGE, 0.0
         hopeless = False
         pairs, seen = 0, 0
         for i in range(count):

@@ -96,7 +96,8 @@ def _part(node, volumes, tree, problem, space, state, bound):  # type: ignore[no
     heap, counters = state
     lb = tree[0]
     point, best_point = np.empty(4, np.int64), np.empty(4, np.int64)
-    one, two = -1, -1
+    # plain numbers here would be constants, for which all that is called is compiled once more
+    one, two = np.int64(-1), np.int64(-1)
     best, best_other = -1.0, -1.0
     for i in range(len(volumes)):
         for k in range(i + 1, len(volumes)):
