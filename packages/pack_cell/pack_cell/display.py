@@ -22,6 +22,7 @@ class RunDisplay:
         self.console = Console(highlight=False, soft_wrap=True)
         self._record = record
         self._quiet = quiet
+        self._closed: list[Bin] = []
         self._progress = Progress(
             TextColumn('{task.description}'),
             BarColumn(bar_width=32),
@@ -39,6 +40,7 @@ class RunDisplay:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self._tell_closed(at_last=True)
         self._progress.stop()
 
     def say(self, text: str) -> None:
@@ -50,15 +52,28 @@ class RunDisplay:
         """Show one change of the record."""
         if isinstance(value, Report):
             self._report(value)
+            self._tell_closed()
         elif isinstance(value, BoxEvent) and value.event is not BoxEventKind.PLACED:
             self._event(value)
         elif isinstance(value, Bin) and kind == 'closed':
-            boxes = f'{len(value.boxes)} boxes'
-            fill = f'{100 * value.fill_rate:.1f} % full'
-            self.say(f'[cyan]       bin {value.id} closed: {boxes}, {fill}[/]')
+            self._closed.append(value)
+            self._tell_closed()
         self._progress.update(
             self._task, completed=self._record.settled, total=self._record.expected
         )
+
+    def _tell_closed(self, *, at_last: bool = False) -> None:
+        """Print bins once all that went into them is printed; bins and reports may overtake."""
+        for one in list(self._closed):
+            if at_last or not any(self._is_awaited(placed.box.id) for placed in one.boxes):
+                self._closed.remove(one)
+                boxes, fill = f'{len(one.boxes)} boxes', f'{100 * one.fill_rate:.1f} % full'
+                self.say(f'[cyan]       bin {one.id} closed: {boxes}, {fill}[/]')
+
+    def _is_awaited(self, box_id: str) -> bool:
+        report = self._record.reports.get(box_id)
+        done = report is not None and report.code.box_is_in_bin
+        return box_id in self._record.decisions and not done
 
     def _report(self, report: Report) -> None:
         box = self._record.boxes.get(report.box_id)
