@@ -25,13 +25,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from arm_executor.arm import MotionError, MotionHooks, MotionPlan, PlaceRequest
-from arm_executor.layout import NO_WALLS, OPEN_FRONT, bin_frame, pick_pose
-from arm_executor.layout_file import load_layout
+from arm_executor.arms.physics.arm import PhysicsArm
+from arm_executor.arms.physics.render import Camera
+from arm_executor.model.arm_interface import MotionError, MotionHooks, MotionPlan, PlaceRequest
+from arm_executor.model.layout import NO_WALLS, OPEN_FRONT, bin_frame, pick_pose
 from arm_executor.motion.planned import PlannedMotion
 from arm_executor.motion.stances import GRIP_S, RELEASE_S
-from arm_executor.physics_arm import PhysicsArm
-from arm_executor.render import Camera
+from arm_executor.reach.layout_file import load_layout
 from conveyor_sim.streams import load_boxes
 from pack_cell.options import GRASP_FACES
 from pack_msgs_py.cell_values import Decision, Pose
@@ -39,8 +39,8 @@ from pack_msgs_py.codes import ErrorCode, Phase
 from pack_msgs_py.metrics import quantile
 from pack_msgs_py.profiles import find_profile
 from pack_msgs_py.values import Bin, Box, parse_bin
-from pack_planner.decide import Close, Place, Planner, Settings, Situation, expected_bins
-from pack_planner.refusals import Refusals
+from pack_planner.decision.planner import Close, Place, Planner, Settings, Situation, expected_bins
+from pack_planner.decision.refusals import Refusals
 
 #: Seconds per box of the figures to reach, median and 95 %; issue of the arm.
 TARGETS = {

@@ -21,11 +21,11 @@ from pathlib import Path
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 
-from pack_cell.commands import NODES, executable
+from pack_cell.running.node_commands import NODES, executable
 from pack_msgs.msg import BoxScan
-from pack_msgs_py.conversions import scan_from_ros
 from pack_msgs_py.metrics import quantile
-from pack_msgs_py.qos import TOPICS
+from pack_msgs_py.ros.conversions import scan_from_ros
+from pack_msgs_py.ros.qos import TOPICS
 
 
 def cpu_s(pid: int) -> float:

@@ -22,12 +22,12 @@ from pathlib import Path
 from statistics import fmean
 
 from conveyor_sim.streams import load_boxes
+from pack_cell.bench.streams import cut_collection
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.validator import with_box
 from pack_msgs_py.values import Bin, BinSpec, Box, parse_bin
 from pack_planner.algorithms import Problem
 from pack_planner.algorithms.mpack_lite import mpack_lite
-from pack_planner.bench.streams import cut_collection
 from pack_planner.engine import Engine
 
 PROFILE = replace(PROFILES['paper'], orientations='any')

@@ -26,8 +26,9 @@ from typing import Any
 import numpy as np
 from arm_motion import Rig, boxes_from
 
-from arm_executor.arm import MotionError, PlaceRequest
-from arm_executor.layout import pick_pose
+from arm_executor.model.arm_interface import MotionError, PlaceRequest
+from arm_executor.model.kinematics import BRANCHES
+from arm_executor.model.layout import pick_pose
 from arm_executor.motion.path import (
     JointPath,
     Waypoint,
@@ -41,7 +42,6 @@ from arm_executor.motion.planner import _BOLD, PATH_STEP, _Paths
 from arm_executor.motion.stances import find_stances
 from arm_executor.motion.template import find_way, make_task, metres
 from arm_executor.motion.timing import Load
-from arm_executor.robot.kinematics import BRANCHES
 from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.codes import ErrorCode
 

@@ -15,9 +15,9 @@ import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import SingleThreadedExecutor
 
-from pack_cell.commands import NODES, executable
-from pack_cell.nodes.recorder import Recorder
-from pack_cell.record import RunRecord
+from pack_cell.report.record import RunRecord
+from pack_cell.ros.recorder import Recorder
+from pack_cell.running.node_commands import NODES, executable
 
 LOOK_AGAIN_S = 0.2
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from node_group import NodeGroup
 
-from pack_cell.record import RunRecord
+from pack_cell.report.record import RunRecord
 from pack_msgs_py.codes import BoxEventKind, ErrorCode
 
 

@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 import yaml
 
-from arm_executor.settings import Parameters as ExecutorParameters
+from arm_executor.goals.settings import Parameters as ExecutorParameters
 from conveyor_sim.parameters import ConveyorParameters
 from pack_cell.options import OneLineParser, add_run_options
 from pack_msgs_py.parameters import parameter_table
-from pack_msgs_py.qos import TOPICS
+from pack_msgs_py.ros.qos import TOPICS
 from pack_planner.parameters import PlannerParameters
 
 ROOT = Path(__file__).resolve().parents[1]

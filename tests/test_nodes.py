@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from pack_cell.commands import NODES, executable
+from pack_cell.running.node_commands import NODES, executable
 
 PARAMETERS = {
     'conveyor': ['-p', 'count:=4', '-p', 'speed:=0.0'],
@@ -53,8 +53,8 @@ def watched(ros_domain: int):
     import rclpy
     from rclpy.executors import SingleThreadedExecutor
 
-    from pack_cell.nodes.recorder import Recorder
-    from pack_cell.record import RunRecord
+    from pack_cell.report.record import RunRecord
+    from pack_cell.ros.recorder import Recorder
 
     context = rclpy.Context()
     rclpy.init(context=context, domain_id=ros_domain)

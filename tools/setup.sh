@@ -47,7 +47,7 @@ build_digest() {
   (
     printf '%s\n' "$1"
     cat "$root/tools/setup.sh"
-    find "$root/tools/wheels" -type f -print0 | LC_ALL=C sort -z | xargs -0 cat --
+    find "$root/tools/wheels" -name ros2cli_standin -prune -o -type f -print0 | LC_ALL=C sort -z | xargs -0 cat --
     cd "$root/packages"
     find . \( -name '.?*' -o -name __pycache__ -o -name test \) -prune -o -type f -print |
       grep -v '^\./\([^/]*\)/\1/.*\.py$' | LC_ALL=C sort

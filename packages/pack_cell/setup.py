@@ -8,7 +8,7 @@ setup(
     name=PACKAGE,
     version='0.1.0',
     packages=find_packages(exclude=['test']),
-    package_data={PACKAGE: ['py.typed']},
+    package_data={PACKAGE: ['py.typed', 'bench/data/*.csv']},
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + PACKAGE]),
         ('share/' + PACKAGE, ['package.xml']),
@@ -24,7 +24,7 @@ setup(
     entry_points={
         'console_scripts': [
             'cell = pack_cell.cli:main',
-            'recorder = pack_cell.nodes.recorder:main',
+            'recorder = pack_cell.ros.recorder:main',
         ]
     },
 )

@@ -8,5 +8,5 @@ from pack_msgs_py.signals import signals_end_quietly
 def main() -> None:
     """Import the node, which takes about a second, and run it."""
     with signals_end_quietly():
-        from arm_executor import node
+        from arm_executor.ros import node
     node.main()

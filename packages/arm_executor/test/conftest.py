@@ -17,7 +17,7 @@ def arm():
     """An arm in physics with empty bins at A and B."""
     from physics_cases import empty
 
-    from arm_executor.physics_arm import PhysicsArm
+    from arm_executor.arms.physics.arm import PhysicsArm
 
     one = PhysicsArm()
     one.set_bins(empty('A', 'B'), {})
@@ -62,8 +62,8 @@ def start(spinners, make_bench):
     """Start the executor with these parameters and faults; returns a bench that talks to it."""
     from rclpy.parameter import Parameter
 
-    from arm_executor.node import ArmExecutor
-    from arm_executor.timed_arm import TimedArm
+    from arm_executor.arms.timed import TimedArm
+    from arm_executor.ros.node import ArmExecutor
 
     def run(*, faults=None, **parameters):
         values = {'arm': 'timed', 'speed': 0.0, 'open_bins': 2, **parameters}

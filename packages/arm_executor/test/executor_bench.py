@@ -29,7 +29,7 @@ from pack_msgs.msg import (
     PlacementReport,
 )
 from pack_msgs.srv import CheckPlacements, CutOff, SwapBin
-from pack_msgs_py import conversions, qos
+from pack_msgs_py.ros import conversions, qos
 
 TIMEOUT_S = 15.0
 
@@ -224,10 +224,10 @@ BoxEventName = {
 
 
 class Process:
-    """``python -m arm_executor.node`` with these parameters."""
+    """``python -m arm_executor.ros.node`` with these parameters."""
 
     def __init__(self, folder, **parameters):
-        command = [sys.executable, '-m', 'arm_executor.node', '--ros-args']
+        command = [sys.executable, '-m', 'arm_executor.ros.node', '--ros-args']
         for name, value in parameters.items():
             command += ['-p', f'{name}:={value}']
         self.log = folder / f'executor-{time.monotonic_ns()}.log'

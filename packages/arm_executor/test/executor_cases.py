@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from arm_executor.admission import Goal
-from arm_executor.layout import Layout, pick_pose
+from arm_executor.goals.admission import Goal
+from arm_executor.model.layout import Layout, pick_pose
 from pack_msgs_py.cell_values import Decision, Pose, Scan, ScannedBox
 from pack_msgs_py.orientation import QUATERNIONS, oriented_size
 from pack_msgs_py.profiles import PROFILES, planned_size

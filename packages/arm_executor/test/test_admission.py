@@ -9,9 +9,9 @@ from dataclasses import replace
 import pytest
 from executor_cases import CELL, LDC, make_box, make_decision, make_goal, make_scan
 
-from arm_executor.admission import Situation, admit, orientation_error
-from arm_executor.bins import BookState
-from arm_executor.records import placed_of
+from arm_executor.bins.book import BookState
+from arm_executor.bins.records import placed_of
+from arm_executor.goals.admission import Situation, admit, orientation_error
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode, Mode, PlacementStatus
 from pack_msgs_py.orientation import ORIENTATIONS, QUATERNIONS

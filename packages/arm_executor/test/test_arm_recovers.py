@@ -18,11 +18,11 @@ from physics_cases import (
     run,
 )
 
-from arm_executor.layout import pick_pose
+from arm_executor.arms.physics.arm import PhysicsArm
+from arm_executor.arms.true_boxes import TrueBox, Truth
+from arm_executor.model.layout import pick_pose
+from arm_executor.model.pose_error import corner_distance
 from arm_executor.motion.timing import MotionLimits
-from arm_executor.physics_arm import PhysicsArm
-from arm_executor.pose_error import corner_distance
-from arm_executor.truth import TrueBox, Truth
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.values import Bin, parse_bin
@@ -160,7 +160,7 @@ BEFORE_WRIST = ((-0.6, 0.75, 1.3), (-0.5, 1.5, 2.4))
 
 def appearing_wall(arm, low, high):
     """A function that puts a wall into the way, once."""
-    from arm_executor.layout import Block
+    from arm_executor.model.layout import Block
 
     def appear():
         wall = (Block('ghost', low, high),)

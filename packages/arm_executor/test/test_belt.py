@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from arm_executor.belt import BeltClock, BeltView
+from arm_executor.goals.belt_view import BeltClock, BeltView
 from pack_msgs_py.cell_values import Pose, Scan, ScannedBox
 from pack_msgs_py.codes import Phase
 from pack_msgs_py.values import Box

@@ -11,9 +11,9 @@ from executor_cases import CELL, LDC, make_box, make_decision
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from arm_executor.bins import BinBook, BookError
-from arm_executor.journal import Journal
-from arm_executor.records import configuration
+from arm_executor.bins.book import BinBook, BookError
+from arm_executor.bins.journal import Journal
+from arm_executor.bins.records import configuration
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import BoxEventKind, Reason
 

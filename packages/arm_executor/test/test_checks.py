@@ -9,9 +9,9 @@ import pytest
 from executor_cases import make_box, make_decision, make_goal, make_scan
 from test_core import make_bench
 
-from arm_executor.arm import MotionError
-from arm_executor.outputs import Finished, Progress, Replied
-from arm_executor.timed_arm import TimedArm
+from arm_executor.arms.timed import TimedArm
+from arm_executor.goals.outputs import Finished, Progress, Replied
+from arm_executor.model.arm_interface import MotionError
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode, Phase
 

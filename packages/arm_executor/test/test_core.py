@@ -9,14 +9,14 @@ import time
 import pytest
 from executor_cases import CELL, LDC, make_box, make_decision, make_goal, make_scan
 
-from arm_executor.bins import BinBook, BookError
-from arm_executor.core import ExecutorCore
-from arm_executor.journal import Journal
-from arm_executor.outcome import Tolerance
-from arm_executor.outputs import BinsChanged, Failed, Finished, Happened, Replied
-from arm_executor.records import configuration
-from arm_executor.settings import Settings
-from arm_executor.timed_arm import FAULT_SHIFT_M, TimedArm
+from arm_executor.arms.timed import FAULT_SHIFT_M, TimedArm
+from arm_executor.bins.book import BinBook, BookError
+from arm_executor.bins.journal import Journal
+from arm_executor.bins.records import configuration
+from arm_executor.goals.core import ExecutorCore
+from arm_executor.goals.judging import Tolerance
+from arm_executor.goals.outputs import BinsChanged, Failed, Finished, Happened, Replied
+from arm_executor.goals.settings import Settings
 from pack_msgs_py.codes import ErrorCode, Mode
 
 TIMEOUT_S = 10.0

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import yaml
 
-from arm_executor.settings import Parameters
+from arm_executor.goals.settings import Parameters
 from pack_msgs_py.parameters import parameter_table
 
 PACKAGE = Path(__file__).parents[1]

@@ -17,10 +17,10 @@ pytest.importorskip('toppra')
 from executor_cases import CELL, LAYOUT, LDC, make_box, make_decision, make_goal, make_scan, pick_of
 from test_core import Bench
 
-from arm_executor.layout import bin_frame
+from arm_executor.arms.physics.arm import PhysicsArm
+from arm_executor.goals.outputs import Finished, Progress, Replied
+from arm_executor.model.layout import bin_frame
 from arm_executor.motion.template import hover_point
-from arm_executor.outputs import Finished, Progress, Replied
-from arm_executor.physics_arm import PhysicsArm
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode, Mode, Phase
 from pack_msgs_py.values import Box
@@ -193,7 +193,7 @@ def test_a_box_that_the_model_does_not_know_is_felt_and_the_held_one_brought_bac
 
 
 def test_an_arm_that_runs_into_something_stops_before_it_pushes(bench):
-    from arm_executor.layout import Block
+    from arm_executor.model.layout import Block
 
     def appear():
         x, y, _ = bench.arm.world.tool_pose().position

@@ -11,12 +11,12 @@ import pytest
 pytest.importorskip('pybullet')
 pytest.importorskip('toppra')
 
-from arm_executor.arm import MotionError, MotionHooks, PlaceRequest
-from arm_executor.layout import Layout, Tool, pick_pose
+from arm_executor.arms.physics.arm import PhysicsArm
+from arm_executor.model.arm_interface import MotionError, MotionHooks, PlaceRequest
+from arm_executor.model.layout import Layout, Tool, pick_pose
+from arm_executor.model.pose_error import corner_distance, corners, rotation, turn_between
+from arm_executor.model.suction import Pad, PadLoad, overload, pad_on, tool_acceleration_limit
 from arm_executor.motion.grasp import front_point, stands_upright, turned_down
-from arm_executor.physics_arm import PhysicsArm
-from arm_executor.pose_error import corner_distance, corners, rotation, turn_between
-from arm_executor.suction import Pad, PadLoad, overload, pad_on, tool_acceleration_limit
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.orientation import ORIENTATIONS, QUATERNIONS, oriented_size

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from arm_executor.layout import (
+from arm_executor.model.layout import (
     Conveyor,
     Layout,
     LayoutError,
@@ -19,9 +19,9 @@ from arm_executor.layout import (
     check_layout,
     pick_pose,
 )
-from arm_executor.layout_file import find_layout, load_layout
-from arm_executor.reach import check_reach, reached
-from arm_executor.robot.parameters import ARMS
+from arm_executor.model.parameters import ARMS
+from arm_executor.reach.layout_file import find_layout, load_layout
+from arm_executor.reach.reach import check_reach, reached
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.values import BIN_TYPES, parse_bin
 

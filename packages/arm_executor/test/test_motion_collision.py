@@ -12,12 +12,12 @@ pytest.importorskip('pybullet')
 import coal
 import pinocchio
 
-from arm_executor.layout import Layout, bin_blocks, conveyor_block
+from arm_executor.model.kinematics import CellKinematics
+from arm_executor.model.layout import Layout, bin_blocks, conveyor_block
+from arm_executor.model.parameters import find_arm
+from arm_executor.model.urdf import cell_urdf
 from arm_executor.motion.collision import ARM_MARGIN, BOX_SKIN, WIDE_MARGIN, PlanningWorld
 from arm_executor.motion.path import JointPath
-from arm_executor.robot.kinematics import CellKinematics
-from arm_executor.robot.parameters import find_arm
-from arm_executor.robot.urdf import cell_urdf
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.values import parse_bin
 

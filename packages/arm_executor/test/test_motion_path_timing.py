@@ -13,13 +13,13 @@ from hypothesis import strategies as st
 pytest.importorskip('toppra')
 pytest.importorskip('pinocchio')
 
-from arm_executor.layout import Layout
+from arm_executor.model.kinematics import CellKinematics
+from arm_executor.model.layout import Layout
+from arm_executor.model.parameters import find_arm
+from arm_executor.model.suction import holding_limits, tool_acceleration_limit
 from arm_executor.motion.path import joint_path, positions, rounded, starting_at, waypoint
 from arm_executor.motion.timing import Load, MotionLimits, Timing, joined
 from arm_executor.motion.way_back import reversed_path
-from arm_executor.robot.kinematics import CellKinematics
-from arm_executor.robot.parameters import find_arm
-from arm_executor.suction import holding_limits, tool_acceleration_limit
 
 ARM, LAYOUT = find_arm('ur20'), Layout()
 CELL = CellKinematics(ARM, LAYOUT)

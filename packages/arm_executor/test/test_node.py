@@ -13,8 +13,8 @@ from executor_cases import make_box, make_decision
 from pack_msgs.action import PlaceBox
 from pack_msgs.msg import ExecutorState
 from pack_msgs.srv import SwapBin
-from pack_msgs_py import conversions
 from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.ros import conversions
 
 pytestmark = pytest.mark.ros
 

@@ -12,8 +12,8 @@ from std_srvs.srv import SetBool, Trigger
 from pack_msgs.action import PlaceBox
 from pack_msgs.msg import ExecutorState
 from pack_msgs.srv import CheckPlacements, CutOff
-from pack_msgs_py import conversions
 from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.ros import conversions
 
 pytestmark = pytest.mark.ros
 

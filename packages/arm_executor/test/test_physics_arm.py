@@ -24,10 +24,10 @@ from physics_cases import (
     run,
 )
 
-from arm_executor.arm import MotionError
-from arm_executor.layout import LayoutError
-from arm_executor.physics_arm import PhysicsArm
-from arm_executor.pose_error import corner_distance, turn_between
+from arm_executor.arms.physics.arm import PhysicsArm
+from arm_executor.model.arm_interface import MotionError
+from arm_executor.model.layout import LayoutError
+from arm_executor.model.pose_error import corner_distance, turn_between
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode, Phase
 from pack_msgs_py.values import Bin, parse_bin

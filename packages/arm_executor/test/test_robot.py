@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from arm_executor.admission import rotation_matrix
-from arm_executor.layout import Layout, Rail
-from arm_executor.robot.kinematics import BRANCHES, CellKinematics, forward, inverse
-from arm_executor.robot.parameters import ARMS, find_arm
-from arm_executor.robot.tree import CELL_JOINT_NAMES, LINKS, cell_joints
-from arm_executor.robot.urdf import cell_urdf
+from arm_executor.goals.admission import rotation_matrix
+from arm_executor.model.kinematics import BRANCHES, CellKinematics, forward, inverse
+from arm_executor.model.layout import Layout, Rail
+from arm_executor.model.parameters import ARMS, find_arm
+from arm_executor.model.tree import CELL_JOINT_NAMES, LINKS, cell_joints
+from arm_executor.model.urdf import cell_urdf
 
 ANGLES = st.lists(st.floats(-3.1, 3.1), min_size=6, max_size=6)
 
@@ -114,7 +114,7 @@ def test_urdf_carries_the_published_limits_and_masses(name):
 @pytest.mark.parametrize('name', ARMS)
 def test_urdf_in_physics_has_the_pad_where_the_closed_form_says_and_the_published_inertias(name):
     pybullet = pytest.importorskip('pybullet')
-    from arm_executor import bullet
+    from arm_executor.model import bullet
 
     arm, layout = find_arm(name), Layout()
     client = bullet.connect()

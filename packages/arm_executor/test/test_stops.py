@@ -9,8 +9,8 @@ import pytest
 from executor_cases import make_box, make_decision, make_goal, make_scan
 from test_core import make_bench
 
-from arm_executor.outputs import Finished, Progress, Replied
-from arm_executor.timed_arm import TimedArm
+from arm_executor.arms.timed import TimedArm
+from arm_executor.goals.outputs import Finished, Progress, Replied
 from pack_msgs_py.codes import ErrorCode, Mode, Phase
 
 __all__ = ['make_bench']
@@ -135,7 +135,7 @@ def test_a_motion_without_progress_is_stopped_and_the_box_brought_back(make_benc
 
 
 def test_an_arm_that_does_not_stop_is_a_fault_and_its_box_in_doubt(make_bench, monkeypatch):
-    monkeypatch.setattr('arm_executor.core.HUNG_S', 0.2)
+    monkeypatch.setattr('arm_executor.goals.core.HUNG_S', 0.2)
     arm = Stuck(deaf=True)
     bench = make_bench(arm=arm, watchdog_s=0.2)
     begin(bench)

@@ -15,10 +15,10 @@ pytest.importorskip('toppra')
 
 import pybullet
 
-from arm_executor.arm import MotionError, MotionHooks, PlaceRequest
-from arm_executor.layout import Tool, pick_pose
-from arm_executor.physics_arm import PhysicsArm
-from arm_executor.suction import (
+from arm_executor.arms.physics.arm import PhysicsArm
+from arm_executor.model.arm_interface import MotionError, MotionHooks, PlaceRequest
+from arm_executor.model.layout import Tool, pick_pose
+from arm_executor.model.suction import (
     GRAVITY,
     Pad,
     PadLoad,

@@ -8,9 +8,9 @@ import time
 import pytest
 from executor_cases import LAYOUT, LDC, make_box, make_decision, pick_of
 
-from arm_executor.arm import MotionError, MotionHooks, PlaceRequest
-from arm_executor.arms import make_arm
-from arm_executor.timed_arm import FAULT_SHIFT_M, TimedArm
+from arm_executor.arms.choose import make_arm
+from arm_executor.arms.timed import FAULT_SHIFT_M, TimedArm
+from arm_executor.model.arm_interface import MotionError, MotionHooks, PlaceRequest
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode, Phase
 from pack_msgs_py.values import Bin, parse_bin

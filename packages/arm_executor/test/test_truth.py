@@ -9,11 +9,11 @@ from dataclasses import replace
 import pytest
 from executor_cases import LAYOUT, LDC, make_box, make_decision, pick_of
 
-from arm_executor.admission import commanded_pose_errors
-from arm_executor.arm import MotionHooks, PlaceRequest
-from arm_executor.records import placed_of
-from arm_executor.timed_arm import TimedArm
-from arm_executor.truth import TrueBox, Truth, mismatch
+from arm_executor.arms.timed import TimedArm
+from arm_executor.arms.true_boxes import TrueBox, Truth, mismatch
+from arm_executor.bins.records import placed_of
+from arm_executor.goals.admission import commanded_pose_errors
+from arm_executor.model.arm_interface import MotionHooks, PlaceRequest
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.profiles import PROFILES

@@ -19,14 +19,14 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
-from arm_executor.admission import rotation_matrix
-from arm_executor.layout import Layout, bin_frame
-from arm_executor.node import ArmExecutor
-from arm_executor.robot.kinematics import CellKinematics
-from arm_executor.robot.parameters import ARMS
-from pack_msgs_py import qos
+from arm_executor.goals.admission import rotation_matrix
+from arm_executor.model.kinematics import CellKinematics
+from arm_executor.model.layout import Layout, bin_frame
+from arm_executor.model.parameters import ARMS
+from arm_executor.ros.node import ArmExecutor
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.ros import qos
 from pack_msgs_py.values import parse_bin
 
 pytestmark = pytest.mark.ros
@@ -163,7 +163,7 @@ def test_box_is_seen_on_the_belt_then_in_the_gripper_then_in_the_bin(start):
 
 
 def test_nothing_is_drawn_for_nobody(start, monkeypatch):
-    from arm_executor.nodes import views
+    from arm_executor.ros import views
 
     drawn = []
     monkeypatch.setattr(views, 'markers', lambda *_: drawn.append(1))

@@ -10,10 +10,10 @@ pytest.importorskip('pybullet')
 
 import pybullet
 
-from arm_executor.layout import Block, Layout
-from arm_executor.pose_error import turn_between
-from arm_executor.robot.parameters import find_arm
-from arm_executor.world import STEP_S, PhysicsWorld
+from arm_executor.arms.physics.world import STEP_S, PhysicsWorld
+from arm_executor.model.layout import Block, Layout
+from arm_executor.model.parameters import find_arm
+from arm_executor.model.pose_error import turn_between
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.values import Box
 

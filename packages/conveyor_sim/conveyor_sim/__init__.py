@@ -1,4 +1,4 @@
 """Supplies the cell: box streams, a circular belt, a scanner and a durable ledger.
 
-Only :mod:`conveyor_sim.node` imports ROS.
+Only :mod:`conveyor_sim.ros.node` imports ROS.
 """

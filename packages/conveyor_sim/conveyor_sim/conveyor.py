@@ -10,17 +10,17 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from conveyor_sim.belt_statistics import Statistics
-from conveyor_sim.belt_time import BeltTime
-from conveyor_sim.book import Book, rejection
-from conveyor_sim.faults import OLD_NEWS_S
-from conveyor_sim.induct import Induct, feed
-from conveyor_sim.ledger import BoxRecord, Ledger, Place
-from conveyor_sim.loop import Belt
+from conveyor_sim.belt.belt_time import BeltTime
+from conveyor_sim.belt.loop import Belt
+from conveyor_sim.induct.box_book import Book, rejection
+from conveyor_sim.induct.induct import Induct, feed
+from conveyor_sim.ledger.ledger import BoxRecord, Ledger, Place
+from conveyor_sim.ledger.statistics import Statistics
+from conveyor_sim.ledger.transitions import next_place
 from conveyor_sim.outcome import Outcome, Plan, merged
-from conveyor_sim.scans import ScanMaker
+from conveyor_sim.scan_maker import ScanMaker
+from conveyor_sim.scanning.faults import OLD_NEWS_S
 from conveyor_sim.streams.stream import Stream
-from conveyor_sim.transitions import next_place
 from pack_msgs_py.cell_values import BoxEvent, Decision, Scan, ScannedBox
 from pack_msgs_py.codes import BoxEventKind, PlacementStatus, Reason
 from pack_msgs_py.values import Box

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from conveyor_sim.arrivals import Arrivals, find_arrivals
-from conveyor_sim.gate import Gate
-from conveyor_sim.jams import Jams, find_jams
+from conveyor_sim.belt.jams import Jams, find_jams
+from conveyor_sim.induct.arrivals import Arrivals, find_arrivals
+from conveyor_sim.scanning.inspection import Gate
 from pack_msgs_py.cell_values import BoxEvent
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from conveyor_sim.arrivals import FORMS as ARRIVALS
-from conveyor_sim.jams import FORMS as JAMS
+from conveyor_sim.belt.jams import FORMS as JAMS
+from conveyor_sim.induct.arrivals import FORMS as ARRIVALS
 from conveyor_sim.streams import SYNTAX
 from pack_msgs_py.parameters import parameter
 

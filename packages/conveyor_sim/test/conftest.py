@@ -11,8 +11,8 @@ import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 
 from pack_msgs.msg import BinState, BinStateArray, BoxEvent, BoxScan, Placement
-from pack_msgs_py.conversions import scan_from_ros
-from pack_msgs_py.qos import TOPICS
+from pack_msgs_py.ros.conversions import scan_from_ros
+from pack_msgs_py.ros.qos import TOPICS
 
 TIMEOUT_S = 10.0
 

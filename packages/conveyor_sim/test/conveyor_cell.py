@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from conveyor_sim.making import make_conveyor, make_ledger
+from conveyor_sim.factory import make_conveyor, make_ledger
 from conveyor_sim.parameters import ConveyorParameters
 from conveyor_sim.streams import RejectedRow, Stream
 from pack_msgs_py.cell_values import BoxEvent, Decision

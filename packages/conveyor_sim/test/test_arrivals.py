@@ -7,9 +7,9 @@ import math
 
 import pytest
 
-from conveyor_sim.arrivals import find_arrivals
-from conveyor_sim.jams import find_jams
-from conveyor_sim.robot_clock import RobotClock
+from conveyor_sim.belt.jams import find_jams
+from conveyor_sim.belt.robot_clock import RobotClock
+from conveyor_sim.induct.arrivals import find_arrivals
 
 
 def times(text, number, seed=0):

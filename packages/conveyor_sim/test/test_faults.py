@@ -6,8 +6,8 @@ from dataclasses import replace
 import pytest
 from conveyor_cell import EPOCH, SIZE, Cell
 
-from conveyor_sim.faults import Fault, FaultPlan, parse_faults
-from conveyor_sim.ledger import Place
+from conveyor_sim.ledger.ledger import Place
+from conveyor_sim.scanning.faults import Fault, FaultPlan, parse_faults
 from conveyor_sim.streams import RejectedRow
 from pack_msgs_py.cell_values import BoxEvent
 from pack_msgs_py.codes import BoxEventKind, Reason

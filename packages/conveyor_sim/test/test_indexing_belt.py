@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from conveyor_sim.indexing_belt import IndexingBelt
+from conveyor_sim.belt.indexing_belt import IndexingBelt
 from pack_msgs_py.values import Box
 
 SIZE = (300.0, 200.0, 100.0)

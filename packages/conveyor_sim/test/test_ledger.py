@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from conveyor_sim.ledger import FILE_NAME, BoxRecord, Ledger, LedgerError, Place
+from conveyor_sim.ledger.ledger import FILE_NAME, BoxRecord, Ledger, LedgerError, Place
 from pack_msgs_py.codes import Reason
 
 RECORDS = [
@@ -36,7 +36,7 @@ def test_what_was_saved_is_read_back(tmp_path):
 def test_a_killed_process_loses_nothing_that_it_had_saved(tmp_path):
     code = (
         'import os, sys\n'
-        'from conveyor_sim.ledger import *\n'
+        'from conveyor_sim.ledger.ledger import *\n'
         'ledger = Ledger(sys.argv[1], "f", "d")\n'
         'ledger.save([BoxRecord(0, "a", Place.ON_BELT, 3)], {"belt": "x"})\n'
         'ledger._db.execute("BEGIN")\n'

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conveyor_sim.loop import longest_along_m, loop_pose
+from conveyor_sim.belt.loop import longest_along_m, loop_pose
 
 SIZE = (300.0, 200.0, 100.0)
 

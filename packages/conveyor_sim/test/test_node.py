@@ -14,18 +14,18 @@ from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool
 
-from conveyor_sim import node as conveyor_node
-from conveyor_sim.ledger import LedgerError
-from conveyor_sim.node import ConveyorNode
+from conveyor_sim.ledger.ledger import LedgerError
 from conveyor_sim.parameters import ConveyorParameters
+from conveyor_sim.ros import node as conveyor_node
+from conveyor_sim.ros.node import ConveyorNode
 from pack_msgs.msg import BinState, BinStateArray, BoxEvent, PlacedBox, Placement
 from pack_msgs.srv import InsertBox, RemoveBox
 from pack_msgs_py.cell_values import BoxEvent as Event
 from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.codes import BoxEventKind as Kind
 from pack_msgs_py.codes import PlacementStatus, Reason
-from pack_msgs_py.conversions import box_to_ros, decision_to_ros, event_to_ros, time_to_ros
 from pack_msgs_py.parameters import parameter_fields, parameter_table
+from pack_msgs_py.ros.conversions import box_to_ros, decision_to_ros, event_to_ros, time_to_ros
 from pack_msgs_py.values import Box
 
 pytestmark = pytest.mark.ros

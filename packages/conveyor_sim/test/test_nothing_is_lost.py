@@ -9,7 +9,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
-from conveyor_sim.ledger import Place
+from conveyor_sim.ledger.ledger import Place
 from pack_msgs_py.codes import BoxEventKind as Kind
 from pack_msgs_py.values import Box
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from conveyor_cell import SIZE, Cell
 
-from conveyor_sim.ledger import Place
+from conveyor_sim.ledger.ledger import Place
 from pack_msgs_py.codes import BoxEventKind as Kind
 from pack_msgs_py.codes import Reason
 from pack_msgs_py.values import Box

@@ -16,7 +16,7 @@ pytestmark = pytest.mark.ros
 class Process:
     def __init__(self, *parameters):
         arguments = [part for one in parameters for part in ('-p', one)]
-        command = [sys.executable, '-m', 'conveyor_sim.node', '--ros-args', *arguments]
+        command = [sys.executable, '-m', 'conveyor_sim.ros.node', '--ros-args', *arguments]
         self.popen = subprocess.Popen(
             command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, env=os.environ
         )

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from conveyor_sim.running_belt import GRACE_S, RunningBelt
+from conveyor_sim.belt.running_belt import GRACE_S, RunningBelt
 from pack_msgs_py.values import Box
 
 SIZE = (300.0, 200.0, 100.0)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from conveyor_cell import SIZE, Cell
 
-from conveyor_sim.scanner import Noise, Scanner
+from conveyor_sim.scanning.scanner import Noise, Scanner
 from pack_msgs_py.values import Box, check_box
 
 BOX = Box('b', SIZE, 2.0, com_offset_mm=(149.9, 0.0, 0.0))

@@ -6,8 +6,8 @@ from itertools import permutations
 
 import pytest
 
-from conveyor_sim.ledger import BoxRecord, Place
-from conveyor_sim.transitions import next_place
+from conveyor_sim.ledger.ledger import BoxRecord, Place
+from conveyor_sim.ledger.transitions import next_place
 from pack_msgs_py.codes import BoxEventKind as Kind
 
 JOURNEY = [

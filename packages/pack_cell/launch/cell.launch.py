@@ -5,8 +5,8 @@ from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-from pack_cell.commands import NODES
 from pack_cell.launching import ARGUMENTS, launched_nodes
+from pack_cell.running.node_commands import NODES
 
 
 def nodes(context: LaunchContext) -> list[Node]:

@@ -7,16 +7,16 @@ import os
 import sys
 from collections.abc import Sequence
 
-from arm_executor.layout import STATIONS
-from arm_executor.layout_file import layout_for
-from conveyor_sim.arrivals import find_arrivals
-from conveyor_sim.faults import parse_faults
-from conveyor_sim.jams import find_jams
+from arm_executor.model.layout import STATIONS
+from arm_executor.reach.layout_file import layout_for
+from conveyor_sim.belt.jams import find_jams
+from conveyor_sim.induct.arrivals import find_arrivals
+from conveyor_sim.scanning.faults import parse_faults
 from conveyor_sim.streams import load_boxes
-from pack_cell.bench_options import add_bench
-from pack_cell.layout_command import add_layout, run_layout
+from pack_cell.bench.options import add_bench
+from pack_cell.layout.command import add_layout, run_layout
 from pack_cell.options import OneLineParser, RunOptions, add_run_options, run_options
-from pack_cell.run import EXIT_USAGE, run
+from pack_cell.running.run import EXIT_USAGE, run
 
 DEMO = ['--count', '40', '--bin', 'LDC', '--look-ahead', '5', '--algorithm', 'mpack_lite']
 
@@ -78,7 +78,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if parsed.verb == 'demo':
         parsed = parser.parse_args(_demo_arguments(parsed))
     if parsed.verb == 'bench':
-        from pack_cell.bench_command import run_bench
+        from pack_cell.bench.command import run_bench
 
         return run_bench(parsed, given)
     if parsed.verb == 'layout':

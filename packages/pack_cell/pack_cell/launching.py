@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from pack_cell.cli import check_boxes, check_cell
-from pack_cell.commands import node_parameters
 from pack_cell.options import OneLineParser, add_run_options, run_options
+from pack_cell.running.node_commands import node_parameters
 from pack_planner.algorithms import ALGORITHMS
 
 #: Argument to (option of ``cell run``, default, what it is); empty: the option's own default.

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
 
-from arm_executor.robot.parameters import ARMS
-from conveyor_sim.arrivals import FORMS as ARRIVALS
-from conveyor_sim.jams import FORMS as JAMS
+from arm_executor.model.parameters import ARMS
+from conveyor_sim.belt.jams import FORMS as JAMS
+from conveyor_sim.induct.arrivals import FORMS as ARRIVALS
 from conveyor_sim.streams import SYNTAX
 from pack_cell.planner_options import planner_value
 from pack_msgs_py.parameters import Value

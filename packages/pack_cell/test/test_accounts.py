@@ -2,12 +2,12 @@
 
 from dataclasses import replace
 
-from conveyor_sim.ledger import BoxRecord, Place
-from conveyor_sim.ledger import Ledger as ConveyorLedger
-from pack_cell.accounts import Ledger, accounts, disagreements, read_ledger, waits
-from pack_cell.memory import MemoryWatch, resident_mb
-from pack_cell.record import RunRecord
-from pack_cell.run import is_clean
+from conveyor_sim.ledger.ledger import BoxRecord, Place
+from conveyor_sim.ledger.ledger import Ledger as ConveyorLedger
+from pack_cell.report.accounts import Ledger, accounts, disagreements, read_ledger, waits
+from pack_cell.report.record import RunRecord
+from pack_cell.running.memory import MemoryWatch, resident_mb
+from pack_cell.running.run import is_clean
 from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Pose, Scan, ScannedBox
 from pack_msgs_py.codes import BoxEventKind, Reason
 from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin

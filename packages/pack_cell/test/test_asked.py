@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pack_cell.asked import Asked, asked_text
+from pack_cell.report.arm_answers import Asked, asked_text
 from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.codes import ErrorCode, PlacementStatus
 from pack_msgs_py.values import Box

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from pack_cell.display import RunDisplay
-from pack_cell.record import RunRecord
+from pack_cell.report.record import RunRecord
+from pack_cell.running.display import RunDisplay
 from pack_msgs_py.cell_values import Decision, Report
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin

@@ -2,7 +2,7 @@
 
 import pytest
 
-from pack_cell.domain import DomainTaken, hold_domain
+from pack_cell.running.ros_domain import DomainTaken, hold_domain
 
 
 def test_two_cells_get_two_domains(monkeypatch):

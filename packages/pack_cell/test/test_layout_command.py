@@ -8,11 +8,11 @@ import pytest
 pytest.importorskip('pybullet')
 pytest.importorskip('toppra')
 
-from arm_executor.layout import Layout
-from arm_executor.layout_file import find_layout, load_layout
-from arm_executor.reach import probe_places
+from arm_executor.model.layout import Layout
+from arm_executor.reach.layout_file import find_layout, load_layout
+from arm_executor.reach.reach import probe_places
 from pack_cell.cli import main
-from pack_cell.layout_command import judge
+from pack_cell.layout.command import judge
 from pack_msgs_py.values import parse_bin
 
 

@@ -5,8 +5,8 @@ import math
 import pytest
 
 from pack_cell.cli import main
-from pack_cell.commands import node_parameters
 from pack_cell.options import OneLineParser, add_run_options, run_options
+from pack_cell.running.node_commands import node_parameters
 
 WRONG = [
     (['--bin', 'LDX'], 'unknown bin'),

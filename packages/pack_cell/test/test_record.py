@@ -3,10 +3,10 @@
 import json
 from dataclasses import replace
 
-from pack_cell.archive import Archive
 from pack_cell.options import OneLineParser, add_run_options, run_options
-from pack_cell.record import KEPT_BINS, RunRecord
-from pack_cell.summary import execution_profile, placement_rows, summarize
+from pack_cell.report.archive import Archive
+from pack_cell.report.record import KEPT_BINS, RunRecord
+from pack_cell.report.summary import execution_profile, placement_rows, summarize
 from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Pose, Report, Scan, ScannedBox
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Reason
 from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pack_cell.supervisor import NodeSpec, Supervisor
+from pack_cell.running.supervisor import NodeSpec, Supervisor
 
 PATIENT = 'import signal; print("up", flush=True); signal.pause()'
 FAILING = 'import sys; print("no bins"); sys.exit(7)'
@@ -82,7 +82,7 @@ def test_nodes_do_not_outlive_a_supervisor_that_is_killed(tmp_path):
     program = (
         'import sys, signal\n'
         'from pathlib import Path\n'
-        'from pack_cell.supervisor import NodeSpec, Supervisor\n'
+        'from pack_cell.running.supervisor import NodeSpec, Supervisor\n'
         f'one = NodeSpec("child", [sys.executable, "-c", {PATIENT!r}], Path({str(log)!r}))\n'
         'supervisor = Supervisor([one], {})\n'
         'supervisor.start()\n'

@@ -16,7 +16,6 @@ from pack_msgs.msg import (
 from pack_msgs.msg import BoxEvent as BoxEventMsg
 from pack_msgs.msg import Placement as PlacementMsg
 from pack_msgs_py import codes
-from pack_msgs_py import conversions as conv
 from pack_msgs_py.cell_values import (
     BinSnapshot,
     BoxEvent,
@@ -26,6 +25,7 @@ from pack_msgs_py.cell_values import (
     Scan,
     ScannedBox,
 )
+from pack_msgs_py.ros import conversions as conv
 from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin
 
 BOX = Box('carton 1', (590.5, 390.0, 270.25), 6.8, (1.0, -2.0, 0.0), 48, 120.0, 'north')

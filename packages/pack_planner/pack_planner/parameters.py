@@ -10,9 +10,9 @@ from pack_msgs_py.parameters import parameter
 from pack_msgs_py.profiles import PROFILES, find_profile
 from pack_planner.algorithms import ALGORITHMS
 from pack_planner.algorithms.base import BACKENDS
-from pack_planner.options import CLOSINGS, MOST_PASSED_OVER, SELECTIONS, SORTS, Options
-from pack_planner.policy import Settings
-from pack_planner.weights import DEFAULT_WEIGHTS, parse_weights
+from pack_planner.decision.options import CLOSINGS, MOST_PASSED_OVER, SELECTIONS, SORTS, Options
+from pack_planner.decision.policy import Settings
+from pack_planner.decision.weights import DEFAULT_WEIGHTS, parse_weights
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,11 @@ from planner_cases import SMALL
 from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Pose, Report, Scan, ScannedBox
 from pack_msgs_py.codes import ErrorCode, Mode
 from pack_msgs_py.values import Bin, Box
-from pack_planner.alternatives import Planned
-from pack_planner.coordinator import Coordinator
-from pack_planner.decide import Place, expected_bins
-from pack_planner.inputs import Heartbeat
-from pack_planner.negotiation import Answer, Asking
+from pack_planner.coordination.alternatives import Planned
+from pack_planner.coordination.coordinator import Coordinator
+from pack_planner.coordination.inputs import Heartbeat
+from pack_planner.coordination.negotiation import Answer, Asking
+from pack_planner.decision.planner import Place, expected_bins
 
 EMPTY = Bin('bin-1', 1, SMALL)
 OK = ErrorCode.NONE

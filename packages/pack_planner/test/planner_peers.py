@@ -23,11 +23,11 @@ from pack_msgs.msg import (
     PlacementReport,
 )
 from pack_msgs.srv import CheckPlacements, SwapBin
-from pack_msgs_py import qos
 from pack_msgs_py.cell_values import BinSnapshot, Pose, Report, Scan, ScannedBox
 from pack_msgs_py.cell_values import BoxEvent as Event
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode
-from pack_msgs_py.conversions import (
+from pack_msgs_py.ros import qos
+from pack_msgs_py.ros.conversions import (
     bins_to_ros,
     decision_from_ros,
     event_to_ros,
@@ -35,7 +35,7 @@ from pack_msgs_py.conversions import (
     scan_to_ros,
 )
 from pack_msgs_py.values import Bin
-from pack_planner.decide import expected_bins
+from pack_planner.decision.planner import expected_bins
 
 TIMEOUT_S = 10.0
 

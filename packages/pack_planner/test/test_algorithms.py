@@ -12,9 +12,9 @@ from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.validator import validate_bins
 from pack_msgs_py.values import Bin, BinSpec, Box, PlacedBox
 from pack_planner.algorithms import ALGORITHMS, Problem, find_algorithm
+from pack_planner.decision.options import Options
+from pack_planner.decision.policy import Settings, Situation, next_step
 from pack_planner.engine import Engine, Zone
-from pack_planner.options import Options
-from pack_planner.policy import Settings, Situation, next_step
 
 ENGINES = {name: Engine(profile) for name, profile in PROFILES.items()}
 TINY = BinSpec('40x30x30', (400, 300, 300))

@@ -8,8 +8,8 @@ import pytest
 from coordinator_rig import EMPTY, Cell
 
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode
-from pack_planner.decide import expected_bins
-from pack_planner.patience import Patience
+from pack_planner.coordination.patience import Patience
+from pack_planner.decision.planner import expected_bins
 
 
 @pytest.fixture

@@ -11,16 +11,16 @@ from planner_cases import SMALL
 from pack_msgs_py.cell_values import Decision, Report
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode, PlacementStatus, Reason
 from pack_msgs_py.values import Bin
-from pack_planner.coordinator import BINS_TIMEOUT_S, SILENCE_S
-from pack_planner.decide import Close, Reject, Wait
-from pack_planner.inputs import RESCAN_S
-from pack_planner.refusals import TRIES_IN_EMPTY_BIN
-from pack_planner.running import (
+from pack_planner.coordination.coordinator import BINS_TIMEOUT_S, SILENCE_S
+from pack_planner.coordination.inputs import RESCAN_S
+from pack_planner.coordination.running_goal import (
     ACCEPT_TIMEOUT_S,
     FORGOTTEN_S,
     MOTIONS_TRIED,
     REPORT_TIMEOUT_S,
 )
+from pack_planner.decision.planner import Close, Reject, Wait
+from pack_planner.decision.refusals import TRIES_IN_EMPTY_BIN
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from planner_cases import SMALL
 from pack_msgs_py.codes import PlacementStatus, Reason
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Bin, Box, PlacedBox
-from pack_planner.decide import (
+from pack_planner.decision.planner import (
     Close,
     Place,
     Planner,
@@ -22,9 +22,9 @@ from pack_planner.decide import (
     refreshed_target,
     rest_height_mm,
 )
+from pack_planner.decision.refusals import Forbidden
+from pack_planner.decision.weights import WeightTable
 from pack_planner.engine import EngineMismatch, Weights
-from pack_planner.refusals import Forbidden
-from pack_planner.weights import WeightTable
 
 EMPTY = Bin('bin-1', 1, SMALL, revision=4)
 

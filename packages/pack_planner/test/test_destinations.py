@@ -11,11 +11,11 @@ from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.validator import with_box
 from pack_msgs_py.values import Bin, Box
 from pack_planner.algorithms import ALGORITHMS, Choice, Problem, find_algorithm
-from pack_planner.closing import bin_to_close, next_destination
-from pack_planner.decide import Place, Planner, Reject
+from pack_planner.decision.bin_closing import bin_to_close, next_destination
+from pack_planner.decision.options import Options
+from pack_planner.decision.planner import Place, Planner, Reject
+from pack_planner.decision.policy import Settings, Situation, by_wait, next_step
 from pack_planner.engine import Engine
-from pack_planner.options import Options
-from pack_planner.policy import Settings, Situation, by_wait, next_step
 
 PAPER = PROFILES['paper']
 ENGINE = Engine(PAPER)

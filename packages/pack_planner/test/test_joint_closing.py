@@ -9,10 +9,10 @@ from planner_cases import coarse
 
 from pack_planner.algorithms.incumbent import greedy
 from pack_planner.engine import Engine
-from pack_planner.joint.assign import group_bounds
-from pack_planner.joint.closing import Closing
-from pack_planner.joint.grouped import GroupedSearch, _split
-from pack_planner.joint.groups import Group, empty_nodes
+from pack_planner.joint.bin_by_bin.assignments import group_bounds
+from pack_planner.joint.bin_by_bin.group import Group, empty_nodes
+from pack_planner.joint.bin_by_bin.group_bounds import Closing
+from pack_planner.joint.bin_by_bin.search import GroupedSearch, _split
 from pack_planner.joint.solve import JointSearch
 
 ENGINE = Engine(coarse('paper', 10))

@@ -13,9 +13,9 @@ from pack_planner.algorithms import Problem
 from pack_planner.algorithms.incumbent import best_incumbent
 from pack_planner.algorithms.mpack import mpack
 from pack_planner.engine import Engine
+from pack_planner.joint.by_solver.solvers import solve_joint
 from pack_planner.joint.solution import all_touch, joint_violations
 from pack_planner.joint.solve import JointSearch
-from pack_planner.joint.solvers import solve_joint
 
 PAPER = Engine(coarse('paper', 50))
 SEEDS = range(8)

@@ -16,13 +16,13 @@ from pack_planner.algorithms.incumbent import best_incumbent, greedy
 from pack_planner.algorithms.mpack import warm_up
 from pack_planner.engine import Engine, Weights, Zone
 from pack_planner.engine.engine import REFUSED_RADIUS_MM
-from pack_planner.joint.assign import assignments
-from pack_planner.joint.behind import least_behind, room_for
-from pack_planner.joint.grouped import GroupedSearch
-from pack_planner.joint.matching import matched, matched_wholes
-from pack_planner.joint.option_pairs import pair_costs
-from pack_planner.joint.options import Options, holding
-from pack_planner.joint.relations import search
+from pack_planner.joint.bin_by_bin.arrangement import search
+from pack_planner.joint.bin_by_bin.assignments import assignments
+from pack_planner.joint.bin_by_bin.disjoint_pairs import matched, matched_wholes
+from pack_planner.joint.bin_by_bin.option_pairs import pair_costs
+from pack_planner.joint.bin_by_bin.options import Options, holding
+from pack_planner.joint.bin_by_bin.search import GroupedSearch
+from pack_planner.joint.bin_by_bin.who_goes_behind import least_behind, room_for
 from pack_planner.joint.solution import all_touch, joint_violations
 from pack_planner.joint.solve import JointSearch
 

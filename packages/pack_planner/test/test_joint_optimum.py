@@ -16,9 +16,9 @@ from pack_planner.algorithms.incumbent import best_incumbent, greedy
 from pack_planner.algorithms.opack import by_volume
 from pack_planner.engine import Engine, Weights, Zone
 from pack_planner.engine.engine import REFUSED_RADIUS_MM
+from pack_planner.joint.by_solver.solvers import solve_joint
 from pack_planner.joint.solution import joint_violations
 from pack_planner.joint.solve import JointSearch
-from pack_planner.joint.solvers import solve_joint
 
 ENGINES = {name: Engine(coarse(name, 50)) for name in ('paper', 'cell')}
 

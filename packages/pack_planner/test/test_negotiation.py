@@ -8,8 +8,8 @@ import pytest
 from coordinator_rig import EMPTY, Cell, box
 
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode
-from pack_planner.decide import Close
-from pack_planner.negotiation import HIDDEN_TIMEOUT_S, MARGIN_S
+from pack_planner.coordination.negotiation import HIDDEN_TIMEOUT_S, MARGIN_S
+from pack_planner.decision.planner import Close
 
 NO_PATH, NO_REACH = ErrorCode.PATH_IN_COLLISION, ErrorCode.NO_IK_SOLUTION
 LEFT, RIGHT, BACK = (0, 0, 0), (200, 0, 0), (0, 200, 0)

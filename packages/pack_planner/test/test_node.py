@@ -21,13 +21,13 @@ from rclpy.parameter import Parameter
 
 from pack_msgs.msg import Placement
 from pack_msgs_py.codes import ErrorCode, Mode, Reason
-from pack_msgs_py.conversions import decision_from_ros
 from pack_msgs_py.profiles import PROFILES
+from pack_msgs_py.ros.conversions import decision_from_ros
 from pack_msgs_py.validator import validate_bins
 from pack_msgs_py.values import Bin, Box
+from pack_planner.decision.refusals import TRIES_IN_EMPTY_BIN
 from pack_planner.engine import Engine
-from pack_planner.node import PlannerNode
-from pack_planner.refusals import TRIES_IN_EMPTY_BIN
+from pack_planner.ros.node import PlannerNode
 
 pytestmark = pytest.mark.ros
 
@@ -265,7 +265,7 @@ def test_profile_and_algorithm_change_between_two_boxes(domain):
 
 @pytest.mark.parametrize('name', [signal.SIGINT, signal.SIGTERM])
 def test_the_process_ends_with_code_0_on_a_signal(domain, name):
-    command = [sys.executable, '-c', 'from pack_planner.node import main; main()']
+    command = [sys.executable, '-c', 'from pack_planner.ros.node import main; main()']
     environment = {**os.environ, 'ROS_DOMAIN_ID': str(domain)}
     process = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
     assert 'waiting for the belt' in process.stderr.readline()
@@ -283,7 +283,7 @@ def test_the_process_ends_with_code_0_on_a_signal(domain, name):
 )
 def test_bad_parameters_end_with_code_2_and_one_line(domain, override, said):
     command = [
-        sys.executable, '-c', 'from pack_planner.node import main; main()',
+        sys.executable, '-c', 'from pack_planner.ros.node import main; main()',
         '--ros-args', '-p', override,
     ]  # fmt: skip
     environment = {**os.environ, 'ROS_DOMAIN_ID': str(domain)}

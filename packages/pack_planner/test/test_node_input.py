@@ -13,12 +13,12 @@ from rcl_interfaces.msg import Log
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 
-from pack_msgs_py.conversions import decision_from_ros
 from pack_msgs_py.profiles import PROFILES
+from pack_msgs_py.ros.conversions import decision_from_ros
 from pack_msgs_py.validator import validate_bins
 from pack_msgs_py.values import Bin, Box
 from pack_planner.algorithms.warm_up import warm_up
-from pack_planner.node import PlannerNode
+from pack_planner.ros.node import PlannerNode
 
 pytestmark = pytest.mark.ros
 

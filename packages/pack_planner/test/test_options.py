@@ -11,14 +11,14 @@ from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Bin, BinSpec, Box, PlacedBox, parse_bin
 from pack_planner.algorithms import Problem, find_algorithm
 from pack_planner.algorithms.opack import sorted_boxes
-from pack_planner.closing import bin_to_close
-from pack_planner.decide import Close, Place, Planner, Reject
+from pack_planner.decision.bin_closing import bin_to_close
+from pack_planner.decision.options import Options
+from pack_planner.decision.planner import Close, Place, Planner, Reject
+from pack_planner.decision.policy import Settings, Situation, next_step
+from pack_planner.decision.weights import parse_weights
 from pack_planner.engine import Engine, Weights, Zone
 from pack_planner.engine.contact import touches
-from pack_planner.options import Options
 from pack_planner.parameters import PlannerParameters, settings
-from pack_planner.policy import Settings, Situation, next_step
-from pack_planner.weights import parse_weights
 
 
 def block(height, name='block', size=(600, 400)):

@@ -12,9 +12,9 @@ from planner_cases import random_box
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Bin, BinSpec, Box
 from pack_planner.algorithms import ALGORITHMS, Choice
+from pack_planner.decision.options import Options
+from pack_planner.decision.policy import PassedOver, Settings, Situation, due, next_step
 from pack_planner.engine import Engine
-from pack_planner.options import Options
-from pack_planner.policy import PassedOver, Settings, Situation, due, next_step
 
 SPEC = BinSpec('40x30x30', (400, 300, 300))
 ENGINE = Engine(PROFILES['paper'])

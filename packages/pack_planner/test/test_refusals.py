@@ -13,9 +13,9 @@ from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.codes import ErrorCode, Reason
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Bin, Box
-from pack_planner.alternatives import planned, quick
-from pack_planner.decide import Close, Place, Planner, Reject, Settings
-from pack_planner.refusals import TRIES_IN_EMPTY_BIN, TRIES_PER_CONTENT, Refusals
+from pack_planner.coordination.alternatives import planned, quick
+from pack_planner.decision.planner import Close, Place, Planner, Reject, Settings
+from pack_planner.decision.refusals import TRIES_IN_EMPTY_BIN, TRIES_PER_CONTENT, Refusals
 
 
 @pytest.fixture

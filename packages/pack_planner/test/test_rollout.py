@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from planner_cases import SMALL, coarse, random_bin, random_box
 
+from pack_cell.bench.simulator import pack_collection
+from pack_cell.bench.values import Case, Settings, Source
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin
 from pack_planner.algorithms import Problem, find_algorithm
-from pack_planner.bench.simulator import pack_collection
-from pack_planner.bench.values import Case, Settings, Source
 from pack_planner.engine import Engine
 from pack_planner.engine.placements import all_spots
 from pack_planner.engine.surroundings import sides

@@ -13,13 +13,13 @@ import numpy as np
 import pybullet
 from numpy.typing import NDArray
 
-from arm_executor import bullet
-from arm_executor.layout import Block, Layout
+from arm_executor.model import bullet
+from arm_executor.model.layout import Block, Layout
+from arm_executor.model.parameters import ArmModel
+from arm_executor.model.pose_error import corners
+from arm_executor.model.urdf import cell_urdf
 from arm_executor.motion.path import JointPath
 from arm_executor.motion.swing import Obstacles
-from arm_executor.pose_error import corners
-from arm_executor.robot.parameters import ArmModel
-from arm_executor.robot.urdf import cell_urdf
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.values import Vec3
 

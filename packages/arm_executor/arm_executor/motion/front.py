@@ -16,8 +16,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from arm_executor.arm import MotionError, PlaceRequest
-from arm_executor.layout import OPEN_FRONT, Layout
+from arm_executor.model.arm_interface import MotionError, PlaceRequest
+from arm_executor.model.kinematics import BRANCHES, CellKinematics
+from arm_executor.model.layout import OPEN_FRONT, Layout
+from arm_executor.model.suction import check_grip
 from arm_executor.motion.blend import blended
 from arm_executor.motion.collision import BOX_SKIN, PlanningWorld
 from arm_executor.motion.front_stances import QUARTER, FrontStance, find_front_stances, unwind
@@ -33,8 +35,6 @@ from arm_executor.motion.path import (
 from arm_executor.motion.planned import PlannedMotion
 from arm_executor.motion.template import Site, Stance, Style, Task, find_way, make_task, metres
 from arm_executor.motion.timing import Load, Timing
-from arm_executor.robot.kinematics import BRANCHES, CellKinematics
-from arm_executor.suction import check_grip
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.values import Vec3

@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from arm_executor.model.kinematics import BRANCHES, CellKinematics
 from arm_executor.motion.path import within_limits
 from arm_executor.motion.stances import least_seconds
 from arm_executor.motion.template import Task
 from arm_executor.motion.timing import Timing
-from arm_executor.robot.kinematics import BRANCHES, CellKinematics
 from pack_msgs_py.values import Vec3
 
 Array = NDArray[np.float64]

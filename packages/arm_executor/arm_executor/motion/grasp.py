@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from arm_executor.arm import MotionError, PlaceRequest
+from arm_executor.model.arm_interface import MotionError, PlaceRequest
 from pack_msgs_py.cell_values import Pose, Quaternion
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.orientation import front_refusal

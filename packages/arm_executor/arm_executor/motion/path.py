@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arm_executor.robot.kinematics import CellKinematics
-from arm_executor.robot.urdf import joint_limit
+from arm_executor.model.kinematics import CellKinematics
+from arm_executor.model.urdf import joint_limit
 
 Array = NDArray[np.float64]
 Waypoint = tuple[float, float, float, float, float]

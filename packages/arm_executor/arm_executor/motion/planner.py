@@ -15,8 +15,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from arm_executor.arm import MotionError, PlaceRequest
-from arm_executor.layout import Layout
+from arm_executor.model.arm_interface import MotionError, PlaceRequest
+from arm_executor.model.kinematics import BRANCHES, HOME_POSTURE, CellKinematics
+from arm_executor.model.layout import Layout
+from arm_executor.model.parameters import ArmModel
 from arm_executor.motion.collision import BOX_SKIN, PlanningWorld
 from arm_executor.motion.front import FrontPlanner
 from arm_executor.motion.grasp import stands_upright
@@ -44,9 +46,6 @@ from arm_executor.motion.template import (
     nearest,
 )
 from arm_executor.motion.timing import Load, MotionLimits, Timing, Trajectory, joined
-from arm_executor.reach import HOME_POSTURE
-from arm_executor.robot.kinematics import BRANCHES, CellKinematics
-from arm_executor.robot.parameters import ArmModel
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.values import Vec3

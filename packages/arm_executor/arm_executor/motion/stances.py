@@ -10,9 +10,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from arm_executor.model.kinematics import BRANCHES, CellKinematics
 from arm_executor.motion.template import Stance, Task
 from arm_executor.motion.timing import Timing
-from arm_executor.robot.kinematics import BRANCHES, CellKinematics
 
 Array = NDArray[np.float64]
 

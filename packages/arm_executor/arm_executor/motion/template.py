@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arm_executor.arm import MotionError, PlaceRequest
-from arm_executor.layout import NO_WALLS, OPEN_FRONT, BinFrame, Layout, bin_blocks
+from arm_executor.model.arm_interface import MotionError, PlaceRequest
+from arm_executor.model.layout import NO_WALLS, OPEN_FRONT, BinFrame, Layout, bin_blocks
 from arm_executor.motion.path import Waypoint, waypoint
 from arm_executor.motion.swing import CLEAR, Carried, Obstacles, taut
 from pack_msgs_py.cell_values import Pose

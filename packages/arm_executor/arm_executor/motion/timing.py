@@ -18,10 +18,10 @@ import toppra
 from numpy.typing import NDArray
 from toppra import algorithm, constraint
 
-from arm_executor.layout import Layout
-from arm_executor.robot.parameters import ArmModel
-from arm_executor.robot.urdf import cell_urdf
-from arm_executor.suction import LEAST_ACCELERATION, holding_limits, tool_acceleration_limit
+from arm_executor.model.layout import Layout
+from arm_executor.model.parameters import ArmModel
+from arm_executor.model.suction import LEAST_ACCELERATION, holding_limits, tool_acceleration_limit
+from arm_executor.model.urdf import cell_urdf
 from pack_msgs_py.values import Vec3
 
 Array = NDArray[np.float64]

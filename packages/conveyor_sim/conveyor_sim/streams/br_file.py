@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from conveyor_sim.streams.rows import DEFAULT_DENSITY_KG_PER_MM3, BoxFileError
+from conveyor_sim.streams.box_records import DEFAULT_DENSITY_KG_PER_MM3, BoxFileError
 from pack_msgs_py.values import (
     MAX_EDGE_MM,
     UP_NEG_X,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Iterator
 
-from conveyor_sim.streams.rows import SIZE_COLUMNS, BoxFileError, Record
+from conveyor_sim.streams.box_records import SIZE_COLUMNS, BoxFileError, Record
 
 _DELIMITERS = ',;\t'
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+from conveyor_sim.streams.box_records import BoxFileError, Entry, Record, entries_from
 from conveyor_sim.streams.csv_file import csv_records
 from conveyor_sim.streams.json_file import json_records
-from conveyor_sim.streams.rows import BoxFileError, Entry, Record, entries_from
 
 #: The stream that ships with the cell: 40 cartons of public sizes.
 BUILT_IN = Path(__file__).parent.parent / 'data' / 'cartons.csv'

@@ -12,7 +12,7 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
-from conveyor_sim.streams.rows import SIZE_COLUMNS, BoxFileError, Record
+from conveyor_sim.streams.box_records import SIZE_COLUMNS, BoxFileError, Record
 
 
 def json_records(text: str, file: str) -> Iterator[Record]:

@@ -6,8 +6,8 @@ import json
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from conveyor_sim.streams.box_records import BoxFileError, Entry, Record, RejectedRow, entries_from
 from conveyor_sim.streams.files import read_entries
-from conveyor_sim.streams.rows import BoxFileError, Entry, Record, RejectedRow, entries_from
 from pack_msgs_py.values import Box
 
 #: What `cell run` writes: the true boxes in the order of the feed.

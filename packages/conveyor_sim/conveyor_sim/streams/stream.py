@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from conveyor_sim.streams.choice import open_source
-from conveyor_sim.streams.rows import Entry
-from conveyor_sim.streams.sources import Listed, Source
+from conveyor_sim.streams.box_records import Entry
+from conveyor_sim.streams.by_name import open_source
+from conveyor_sim.streams.repeating import Listed, Source
 from pack_msgs_py.values import Box
 
 #: Rounds kept in memory: the newest, and those that boxes still on the belt are of.
@@ -25,7 +25,7 @@ class Stream:
     ----------
     boxes : a source, or rows of a box file, which then come in order or shuffled with ``seed``.
     count : how many to supply, rejected rows included; 0 for one round of the source.
-    seed : see :class:`conveyor_sim.streams.sources.Listed`; also of the destinations.
+    seed : see :class:`conveyor_sim.streams.repeating.Listed`; also of the destinations.
     name : what rows are called in messages.
     destinations : give each box without one a destination ``D1`` to ``D<n>``, at random; 0 leaves
         them as they are.
@@ -59,7 +59,7 @@ class Stream:
         Raises
         ------
         BoxFileError
-            See :func:`conveyor_sim.streams.choice.open_source`.
+            See :func:`conveyor_sim.streams.by_name.open_source`.
         """
         return cls(open_source(choice, seed), count, seed, destinations=destinations)
 

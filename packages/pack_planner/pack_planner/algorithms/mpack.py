@@ -14,10 +14,10 @@ from pack_planner.algorithms.incumbent import best_incumbent, greedy
 from pack_planner.algorithms.selection import selection_key, selection_rule
 from pack_planner.engine import Candidate, Engine
 from pack_planner.engine.engine import nothing_forbidden
-from pack_planner.joint.grouped import GroupedSearch
+from pack_planner.joint.bin_by_bin.search import GroupedSearch
+from pack_planner.joint.by_solver.solvers import cp_sat_installed, solve_joint
 from pack_planner.joint.solution import JointResult
 from pack_planner.joint.solve import MOST_ENTRIES, JointSearch
-from pack_planner.joint.solvers import cp_sat_installed, solve_joint
 
 #: How long our search over places tries before the others do, seconds.
 HEAD_START_S = 0.1

@@ -12,7 +12,7 @@ from pack_planner.algorithms.base import Choice, Problem
 from pack_planner.algorithms.opack import opack
 from pack_planner.engine import BinModel, Candidate, Engine
 from pack_planner.engine.engine import Forbidden
-from pack_planner.joint.solvers import solve_joint
+from pack_planner.joint.by_solver.solvers import solve_joint
 
 
 def least_objective(

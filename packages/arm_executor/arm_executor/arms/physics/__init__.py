@@ -1,0 +1,1 @@
+"""The arm in the physics world: its world, driver, gripper, plans and execution."""

@@ -1,0 +1,158 @@
+"""What the boxes really are, for the simulated world alone: a real arm meets them anyway.
+
+The conveyor tells it on `true_boxes`: the boxes on the belt with their true size, weight and pose.
+The planner, the rules and the book of bins know a box only as it was scanned.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import threading
+from collections.abc import Collection, Iterable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from arm_executor.model.arm_interface import PlaceRequest
+from pack_msgs_py.cell_values import Pose, Quaternion
+from pack_msgs_py.values import Box, Vec3
+
+FILE_NAME = 'true_boxes.json'
+
+#: The gripper notices a box that weighs so much more or less than it should, share and kilograms.
+WEIGHT_SHARE, WEIGHT_KG = 0.15, 0.15
+#: The light curtain over the pick point notices an edge that is so far off, millimetres, and so
+#: many standard deviations of the scanner.
+EDGE_MM, EDGE_SIGMAS = 15.0, 6.0
+
+
+@dataclass(frozen=True)
+class TrueBox:
+    """A box as it is, and where its centre is once it stands at the pick point, frame `cell`."""
+
+    box: Box
+    pose: Pose
+
+
+class Truth:
+    """True boxes by id: those on the belt as told last, and those that the arm has picked.
+
+    Safe to use from any thread. ``folder`` keeps the picked ones for the next start; empty for
+    memory only.
+    """
+
+    def __init__(self, folder: str | Path = '') -> None:
+        self._path = Path(folder).expanduser() / FILE_NAME if str(folder) else None
+        self._lock = threading.Lock()
+        self._on_belt: dict[str, TrueBox] = {}
+        self._picked: dict[str, TrueBox] = {}
+        if self._path is not None and self._path.exists():
+            rows = json.loads(self._path.read_text(encoding='utf-8'))
+            self._picked = {row['box']['id']: _from_json(row) for row in rows}
+
+    def update(self, boxes: Iterable[TrueBox]) -> None:
+        """These are on the belt now."""
+        with self._lock:
+            self._on_belt = {one.box.id: one for one in boxes}
+
+    def find(self, box_id: str) -> TrueBox | None:
+        """The box called ``box_id``: as it is on the belt, else as it was picked."""
+        with self._lock:
+            return self._on_belt.get(box_id) or self._picked.get(box_id)
+
+    def box(self, scanned: Box) -> Box:
+        """The true box behind ``scanned``; that itself when nothing else is known."""
+        found = self.find(scanned.id)
+        return scanned if found is None else found.box
+
+    def picked(self, box_id: str) -> None:
+        """The arm has this box now: remember it when it is no longer on the belt."""
+        with self._lock:
+            found = self._on_belt.get(box_id)
+            if found is not None:
+                self._picked[box_id] = found
+                self._save()
+
+    def keep(self, box_ids: Collection[str]) -> None:
+        """Only these are still in bins: forget what else was picked."""
+        with self._lock:
+            gone = [one for one in self._picked if one not in box_ids]
+            for box_id in gone:
+                del self._picked[box_id]
+            if gone:
+                self._save()
+
+    def _save(self) -> None:
+        if self._path is None:
+            return
+        draft = self._path.with_suffix('.new')
+        draft.write_text(json.dumps([asdict(one) for one in self._picked.values()]))
+        os.replace(draft, self._path)
+
+
+def _from_json(row: dict[str, dict[str, object]]) -> TrueBox:
+    def tuples(values: dict[str, object]) -> dict[str, object]:
+        return {key: tuple(v) if isinstance(v, list) else v for key, v in values.items()}
+
+    return TrueBox(Box(**tuples(row['box'])), Pose(**tuples(row['pose'])))  # type: ignore[arg-type]
+
+
+def mismatch(scanned: Box, true: Box) -> str:
+    """What the gripper's scale and the light curtain have against a box; empty when it is right."""
+    off_kg = abs(true.weight_kg - scanned.weight_kg)
+    if off_kg > WEIGHT_KG + WEIGHT_SHARE * scanned.weight_kg:
+        return (
+            f'box {scanned.id!r} weighs {true.weight_kg:.2f} kg in the gripper, '
+            f'the scan says {scanned.weight_kg:.2f} kg'
+        )
+    for axis, edge, seen, sigma in zip(
+        'xyz', true.size_mm, scanned.size_mm, scanned.size_stddev_mm, strict=True
+    ):
+        if abs(edge - seen) > EDGE_MM + EDGE_SIGMAS * sigma:
+            return (
+                f'box {scanned.id!r} measures {edge:.0f} mm along {axis} in the gripper, '
+                f'the scan says {seen:.0f} mm'
+            )
+    return ''
+
+
+def missed_by_pad(pick: Pose, true: TrueBox) -> bool:
+    """Whether a pad in the middle of the box as it was scanned finds no box below it."""
+    aside = [a - b for a, b in zip(true.pose.position, pick.position, strict=True)]
+    return any(
+        abs(way) > edge / 2e3 for way, edge in zip(aside[:2], true.box.size_mm, strict=False)
+    )
+
+
+def true_rest(request: PlaceRequest, true: TrueBox) -> Pose:
+    """Where the true centre comes to rest when the arm does exactly as planned, bin frame.
+
+    The pad took the box beside its true centre and turned as it lay; its base is where it should
+    be, since the arm moves the base that it saw on the belt.
+    """
+    turn = _product(request.target.quaternion, _conjugate(request.pick.quaternion))
+    aside = tuple(a - b for a, b in zip(true.pose.position, request.pick.position, strict=True))
+    x, y, _ = _rotated(turn, (aside[0], aside[1], 0.0))
+    tx, ty, tz = request.target.position
+    higher = (true.box.size_mm[2] - request.box.size_mm[2]) / 2e3
+    return Pose((tx + x, ty + y, tz + higher), _product(turn, true.pose.quaternion))
+
+
+def _conjugate(q: Quaternion) -> Quaternion:
+    return (-q[0], -q[1], -q[2], q[3])
+
+
+def _product(p: Quaternion, q: Quaternion) -> Quaternion:
+    """Rotation ``q`` and then ``p``."""
+    (a, b, c, d), (x, y, z, w) = p, q
+    return (
+        d * x + a * w + b * z - c * y,
+        d * y - a * z + b * w + c * x,
+        d * z + a * y - b * x + c * w,
+        d * w - a * x - b * y - c * z,
+    )
+
+
+def _rotated(q: Quaternion, v: Vec3) -> Vec3:
+    x, y, z, _ = _product(_product(q, (*v, 0.0)), _conjugate(q))
+    return (x, y, z)

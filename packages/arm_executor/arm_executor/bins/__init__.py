@@ -1,0 +1,1 @@
+"""The truth of the bins: what stands where, durable step by step."""

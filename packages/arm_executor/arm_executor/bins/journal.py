@@ -1,0 +1,362 @@
+"""The executor's journal: one SQLite file that survives any crash.
+
+Every method is one transaction, and it is on the disk when the method returns. The journal stores
+what it is told; what a step means for the bins is decided in :mod:`arm_executor.bins.book`.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import sqlite3
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from arm_executor.bins.records import (
+    Attempt,
+    Step,
+    placed_from_json,
+    placed_to_json,
+    pose_from_json,
+    pose_to_json,
+)
+from pack_msgs_py.cell_values import BoxEvent, Pose
+from pack_msgs_py.codes import BoxEventKind, Reason
+from pack_msgs_py.values import Bin, BinSpec
+
+FILE_NAME = 'executor.sqlite'
+SCHEMA_VERSION = 2
+
+_SCHEMA = """
+CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL);
+CREATE TABLE bin (
+    serial INTEGER PRIMARY KEY,
+    id TEXT NOT NULL UNIQUE,
+    type TEXT NOT NULL,
+    size_mm TEXT NOT NULL,
+    station TEXT NOT NULL,
+    destination TEXT NOT NULL,
+    revision INTEGER NOT NULL,
+    opened_s REAL NOT NULL,
+    closed_s REAL
+);
+CREATE TABLE attempt (
+    id INTEGER PRIMARY KEY AUTOINCREMENT,
+    box_id TEXT NOT NULL,
+    bin_serial INTEGER NOT NULL REFERENCES bin (serial),
+    goal_id BLOB NOT NULL,
+    placed TEXT NOT NULL,
+    target TEXT NOT NULL,
+    measured TEXT,
+    step TEXT NOT NULL
+);
+-- A box is in one bin at most, whatever the program does.
+CREATE UNIQUE INDEX box_in_one_bin ON attempt (box_id)
+    WHERE step IN ('releasing', 'placed', 'verified');
+CREATE INDEX attempt_of_bin ON attempt (bin_serial);
+CREATE TABLE step (attempt INTEGER NOT NULL, step TEXT NOT NULL, stamp_s REAL NOT NULL);
+CREATE TABLE event (
+    sequence INTEGER PRIMARY KEY AUTOINCREMENT,
+    stamp_s REAL NOT NULL,
+    box_id TEXT NOT NULL,
+    event INTEGER NOT NULL,
+    reason INTEGER NOT NULL,
+    text TEXT NOT NULL,
+    bin_id TEXT NOT NULL,
+    bin_serial INTEGER NOT NULL
+);
+"""
+
+_ATTEMPT = 'id, bin_serial, goal_id, placed, target, measured, step'
+
+
+class JournalError(Exception):
+    """The journal cannot be used; the text says why and what to do."""
+
+
+class Journal:
+    """The file ``executor.sqlite`` in ``folder``; in memory when ``folder`` is empty.
+
+    Parameters
+    ----------
+    folder : created if it is missing.
+    config : what the journal is bound to, see :func:`arm_executor.bins.records.configuration`.
+
+    Attributes
+    ----------
+    health : 'ok', or why it could not be written last.
+
+    Raises
+    ------
+    JournalError
+        The file is not a journal, of another version, of another configuration, or in use.
+    """
+
+    def __init__(self, folder: str | Path, config: Mapping[str, Any]) -> None:
+        self.path = Path(folder) / FILE_NAME if folder else None
+        self.health = 'ok'
+        self._lock_fd: int | None = None
+        name = ':memory:'
+        if self.path is not None:
+            try:
+                self.path.parent.mkdir(parents=True, exist_ok=True)
+            except OSError as error:
+                msg = f'cannot create state_dir {str(folder)!r}: {error.strerror}'
+                raise JournalError(msg) from error
+            self._claim(self.path.with_suffix('.lock'))
+            name = str(self.path)
+        try:
+            # Two threads use it, one at a time: BinBook holds a lock around every call.
+            self._db = sqlite3.connect(name, isolation_level=None, check_same_thread=False)
+            self._prepare(dict(config))
+        except sqlite3.Error as error:
+            self._release()
+            msg = f'cannot use journal {name}: {error}; move the file away to start anew'
+            raise JournalError(msg) from error
+        except JournalError:
+            self.close()
+            raise
+
+    def _claim(self, path: Path) -> None:
+        """Two executors on one journal would each believe to own the bins."""
+        try:
+            self._lock_fd = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+            fcntl.flock(self._lock_fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            self._release()
+            msg = (
+                f'journal {self.path} cannot be locked ({error.strerror}): another executor uses it'
+            )
+            raise JournalError(msg) from error
+
+    def _release(self) -> None:
+        if self._lock_fd is not None:
+            os.close(self._lock_fd)
+            self._lock_fd = None
+
+    def _prepare(self, config: dict[str, Any]) -> None:
+        self._db.execute('PRAGMA journal_mode = WAL')
+        # With WAL, NORMAL may lose the last commits when the power fails; then a box that is in a
+        # bin would be expected on the belt. FULL waits for the disk at every commit.
+        self._db.execute('PRAGMA synchronous = FULL')
+        self._db.execute('PRAGMA foreign_keys = ON')
+        version = self._db.execute('PRAGMA user_version').fetchone()[0]
+        if version == 0:
+            with self.transaction():
+                for statement in _SCHEMA.split(';\n'):
+                    self._db.execute(statement)
+                self._db.execute(f'PRAGMA user_version = {SCHEMA_VERSION}')
+                self._set_meta('config', json.dumps(config))
+                self._set_meta('revision', '0')
+            return
+        if version != SCHEMA_VERSION:
+            msg = (
+                f'journal {self.path} has schema version {version}, this program needs '
+                f'{SCHEMA_VERSION}; use another state_dir'
+            )
+            raise JournalError(msg)
+        kept = json.loads(self._meta('config'))
+        wanted = json.loads(json.dumps(config))
+        differing = [
+            f'{key} is {kept.get(key)!r} there and {wanted.get(key)!r} here'
+            for key in sorted({*kept, *wanted})
+            if kept.get(key) != wanted.get(key)
+        ]
+        if differing:
+            msg = (
+                f'journal {self.path} belongs to another configuration: {"; ".join(differing)}. '
+                'Start with that configuration, or with another state_dir'
+            )
+            raise JournalError(msg)
+
+    @contextmanager
+    def transaction(self) -> Iterator[None]:
+        """All or nothing; durable when the block ends. :class:`JournalError` if it cannot be."""
+        try:
+            self._db.execute('BEGIN IMMEDIATE')
+            try:
+                yield
+                self._db.execute('COMMIT')
+            except BaseException:
+                if self._db.in_transaction:
+                    self._db.execute('ROLLBACK')
+                raise
+        except sqlite3.Error as error:
+            msg = f'cannot write journal {self.path or "in memory"}: {error}'
+            self.health = msg
+            raise JournalError(msg) from error
+
+    def close(self) -> None:
+        """Close the file and let another process use it."""
+        self._db.close()
+        self._release()
+
+    def _meta(self, key: str) -> str:
+        row = self._db.execute('SELECT value FROM meta WHERE key = ?', (key,)).fetchone()
+        return str(row[0])
+
+    def _set_meta(self, key: str, value: str) -> None:
+        self._db.execute('INSERT OR REPLACE INTO meta VALUES (?, ?)', (key, value))
+
+    # -- written inside a transaction of the caller ------------------------------------------
+
+    def set_revision(self, revision: int) -> None:
+        """Revision of all bins together."""
+        self._set_meta('revision', str(revision))
+
+    def add_bin(self, one: Bin, stamp_s: float) -> None:
+        """A bin was opened."""
+        row = (one.serial, one.id, one.spec.name, json.dumps(one.spec.size_mm), one.station)
+        self._db.execute(
+            'INSERT INTO bin VALUES (?, ?, ?, ?, ?, ?, ?, ?, NULL)',
+            (*row, one.destination, one.revision, stamp_s),
+        )
+
+    def close_bin(self, serial: int, stamp_s: float) -> None:
+        """A bin was closed and taken away."""
+        self._db.execute('UPDATE bin SET closed_s = ? WHERE serial = ?', (stamp_s, serial))
+
+    def set_bin_revision(self, serial: int, revision: int) -> None:
+        """The content of a bin has changed."""
+        self._db.execute('UPDATE bin SET revision = ? WHERE serial = ?', (revision, serial))
+
+    def add_attempt(self, attempt: Attempt, stamp_s: float) -> Attempt:
+        """A placement begins; returns it with its number."""
+        cursor = self._db.execute(
+            'INSERT INTO attempt (box_id, bin_serial, goal_id, placed, target, step) '
+            'VALUES (?, ?, ?, ?, ?, ?)',
+            (
+                attempt.placed.box.id,
+                attempt.bin_serial,
+                attempt.goal_id,
+                placed_to_json(attempt.placed),
+                pose_to_json(attempt.target),
+                attempt.step.value,
+            ),
+        )
+        number = int(cursor.lastrowid or 0)
+        self._log(number, attempt.step.value, stamp_s)
+        return replace(attempt, id=number)
+
+    def set_step(self, attempt: int, step: Step, stamp_s: float) -> None:
+        """A placement goes on to ``step``."""
+        self._db.execute('UPDATE attempt SET step = ? WHERE id = ?', (step.value, attempt))
+        self._log(attempt, step.value, stamp_s)
+
+    def note(self, attempt: int, text: str, stamp_s: float) -> None:
+        """Log that something happened to a placement that does not change its step."""
+        self._log(attempt, text, stamp_s)
+
+    def _log(self, attempt: int, step: str, stamp_s: float) -> None:
+        self._db.execute('INSERT INTO step VALUES (?, ?, ?)', (attempt, step, stamp_s))
+
+    def set_measured(self, poses: Mapping[str, Pose]) -> None:
+        """Boxes in bins were measured, bin frame."""
+        self._db.executemany(
+            'UPDATE attempt SET measured = ? WHERE box_id = ? '
+            "AND step IN ('releasing', 'placed', 'verified')",
+            [(pose_to_json(pose), box_id) for box_id, pose in poses.items()],
+        )
+
+    def add_event(self, event: BoxEvent) -> None:
+        """Something happened to a box that the other nodes are told."""
+        self._db.execute(
+            'INSERT INTO event (stamp_s, box_id, event, reason, text, bin_id, bin_serial) '
+            'VALUES (?, ?, ?, ?, ?, ?, ?)',
+            (
+                event.stamp_s,
+                event.box_id,
+                int(event.event),
+                int(event.reason),
+                event.text,
+                event.bin_id,
+                event.bin_serial,
+            ),
+        )
+
+    # -- read ---------------------------------------------------------------------------------
+
+    def revision(self) -> int:
+        """Revision of all bins together; grows over restarts."""
+        return int(self._meta('revision'))
+
+    def last_serial(self) -> int:
+        """Serial of the bin opened last; 0 when there was none."""
+        return int(self._db.execute('SELECT coalesce(max(serial), 0) FROM bin').fetchone()[0])
+
+    def open_bins(self) -> tuple[Bin, ...]:
+        """Bins that stand in the cell, with every box whose release was begun, oldest first."""
+        return self._bins('closed_s IS NULL ORDER BY serial')
+
+    def closed_bins(self, limit: int) -> tuple[Bin, ...]:
+        """The ``limit`` bins closed last, oldest first."""
+        found = self._bins(f'closed_s IS NOT NULL ORDER BY serial DESC LIMIT {int(limit)}')
+        return found[::-1]
+
+    def _bins(self, condition: str) -> tuple[Bin, ...]:
+        rows = self._db.execute(
+            'SELECT serial, id, type, size_mm, station, destination, revision '
+            f'FROM bin WHERE {condition}'
+        ).fetchall()
+        return tuple(
+            Bin(
+                id=name,
+                serial=serial,
+                spec=BinSpec(kind, tuple(json.loads(size))),
+                boxes=tuple(one.in_bin for one in self.attempts_in(serial)),
+                station=station,
+                revision=revision,
+                destination=destination,
+            )
+            for serial, name, kind, size, station, destination, revision in rows
+        )
+
+    def attempts_in(self, serial: int) -> list[Attempt]:
+        """Placements whose box is in bin ``serial``, in order of placement."""
+        return self._attempts(
+            "bin_serial = ? AND step IN ('releasing', 'placed', 'verified')", (serial,)
+        )
+
+    def pending(self) -> list[Attempt]:
+        """Placements that were under way when the journal was last written."""
+        return self._attempts("step IN ('planned', 'picked', 'releasing', 'placed')", ())
+
+    def _attempts(self, condition: str, values: Iterable[Any]) -> list[Attempt]:
+        rows = self._db.execute(
+            f'SELECT {_ATTEMPT} FROM attempt WHERE {condition} ORDER BY id', tuple(values)
+        )
+        return [
+            Attempt(
+                id=number,
+                placed=placed_from_json(placed),
+                bin_serial=serial,
+                target=pose_from_json(target),
+                step=Step(step),
+                measured=None if measured is None else pose_from_json(measured),
+                goal_id=bytes(goal_id),
+            )
+            for number, serial, goal_id, placed, target, measured, step in rows
+        ]
+
+    def box_ids_in_bins(self) -> set[str]:
+        """Ids of all boxes in bins, open or closed."""
+        rows = self._db.execute(
+            "SELECT box_id FROM attempt WHERE step IN ('releasing', 'placed', 'verified')"
+        )
+        return {row[0] for row in rows}
+
+    def events(self, limit: int) -> tuple[BoxEvent, ...]:
+        """The ``limit`` youngest events, oldest first, with their original stamps."""
+        rows = self._db.execute(
+            'SELECT box_id, event, reason, text, bin_id, bin_serial, stamp_s FROM event '
+            'ORDER BY sequence DESC LIMIT ?',
+            (limit,),
+        ).fetchall()
+        return tuple(
+            BoxEvent(box_id, BoxEventKind(kind), Reason(reason), text, bin_id, serial, stamp_s)
+            for box_id, kind, reason, text, bin_id, serial, stamp_s in reversed(rows)
+        )

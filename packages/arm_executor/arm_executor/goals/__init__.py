@@ -1,0 +1,1 @@
+"""A goal from its admission to its report: rules, belt, plans, placing, judging."""

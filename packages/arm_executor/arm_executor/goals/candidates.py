@@ -1,0 +1,136 @@
+"""Answers check_placements on a thread of its own, so that the arm can move meanwhile.
+
+While a goal runs, candidates are judged by what the bins will be when it has succeeded, and their
+motions start where the running one ends.
+"""
+
+from __future__ import annotations
+
+import queue
+import threading
+import traceback
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from arm_executor.bins.book import BookState
+from arm_executor.bins.records import placed_of
+from arm_executor.goals.admission import Goal, Situation, admit
+from arm_executor.goals.judging import resting_pose
+from arm_executor.goals.outputs import Checked, Output, Replied, Said, Ticket
+from arm_executor.goals.placing import Placing, Tools
+from arm_executor.goals.plan_cache import request_of
+from arm_executor.model.arm_interface import Ahead, MotionError
+from pack_msgs_py.codes import ErrorCode, Mode
+
+#: More candidates of one request than this are answered with BUSY, since infeasible ones are slow.
+MAX_CANDIDATES = 8
+
+
+@dataclass(frozen=True)
+class View:
+    """What candidates are judged by at this moment; ``tools`` is ``None`` until the arm is there.
+
+    ``ahead`` is the motion that is under way; ``in_step`` says that the arm's world holds the bins
+    of the book.
+    """
+
+    situation: Situation
+    tools: Tools | None
+    ahead: Ahead | None = None
+    in_step: bool = True
+
+
+def foresee(view: View, placing: Placing | None, *, under_way: bool) -> View:
+    """``view`` as it will be when the motion of ``placing`` has succeeded, if one is under way."""
+    plan = None if placing is None else placing.plan
+    if placing is None or plan is None:
+        return view
+    decision = placing.goal.decision
+    now = view.situation.bins
+    target = now.find(decision.bin_id)
+    if target is None:
+        return view
+    poses = now.poses
+    idle = replace(view.situation, mode=Mode.IDLE, busy_with='')
+    if any(one.box.id == decision.box.id for one in target.boxes):
+        # measured and written down already; only the report is still to come
+        return replace(view, situation=idle)
+    if not under_way:
+        return view
+    placed = placed_of(decision)
+    rest = resting_pose(placed, decision.target, target.boxes, poses)
+    expected = replace(target, boxes=(*target.boxes, placed), revision=target.revision + 1)
+    state = BookState(
+        now.revision + 1,
+        tuple(expected if one.serial == target.serial else one for one in now.bins),
+        {**poses, decision.box.id: rest},
+    )
+    ids = {*view.situation.ids_in_bins, decision.box.id}
+    situation = replace(idle, bins=state, ids_in_bins=ids)
+    return replace(view, situation=situation, ahead=Ahead(plan, rest))
+
+
+class Checker:
+    """A thread that asks the arm about candidates; ``emit`` takes a list of :class:`Checked`."""
+
+    def __init__(self, view: Callable[[], View], emit: Callable[[Output], None]) -> None:
+        self._view = view
+        self._emit = emit
+        self._jobs: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
+        self._thread = threading.Thread(target=self._work, name='checks', daemon=True)
+        self._ended = threading.Event()
+
+    def start(self) -> None:
+        """Begin to answer."""
+        self._thread.start()
+
+    def end(self, timeout_s: float) -> bool:
+        """Finish the candidate at hand and stop; whether that happened in time."""
+        self._ended.set()
+        self._jobs.put(None)
+        if self._thread.is_alive():
+            self._thread.join(timeout_s)
+        return not self._thread.is_alive()
+
+    def check(self, ticket: Ticket, goals: Sequence[Goal], enough_s: float = 0.0) -> None:
+        """Answer for each of ``goals``; the first within ``enough_s`` is the last looked at."""
+        self._jobs.put(lambda: self._answer(ticket, goals, enough_s))
+
+    def _work(self) -> None:
+        while (job := self._jobs.get()) is not None and not self._ended.is_set():
+            job()
+
+    def _answer(self, ticket: Ticket, goals: Sequence[Goal], enough_s: float) -> None:
+        answers: list[Checked] = []
+        try:
+            while len(answers) < len(goals) and not self._ended.is_set():
+                found = self._checked(len(answers), goals[len(answers)])
+                answers.append(found)
+                if found.code is ErrorCode.NONE and found.motion_s <= enough_s:
+                    text = f'not looked at, since candidate {len(answers)} will do'
+                    answers += [Checked(ErrorCode.BUSY, text)] * (len(goals) - len(answers))
+        except Exception:
+            self._emit(Said('error', f'check_placements failed\n{traceback.format_exc()}'))
+            failed = Checked(ErrorCode.UNKNOWN, 'the executor failed; see its log')
+            answers += [failed] * (len(goals) - len(answers))
+        self._emit(Replied(ticket, answers))
+
+    def _checked(self, index: int, goal: Goal) -> Checked:
+        if index >= MAX_CANDIDATES:
+            text = f'candidate {index + 1}: at most {MAX_CANDIDATES} are looked at in one request'
+            return Checked(ErrorCode.BUSY, text)
+        view = self._view()
+        refusal = admit(goal, view.situation, with_deadline=False)
+        if refusal is not None:
+            return Checked(refusal.code, refusal.message)
+        bins = view.situation.bins
+        target = bins.find(goal.decision.bin_id)
+        if view.tools is None or not view.in_step or target is None:
+            return Checked(ErrorCode.BUSY, 'a bin is just being changed; ask again')
+        tools = view.tools
+        try:
+            request = request_of(goal, target.station, view.situation.scan)
+            plan = tools.plans.plan(tools.arm, request, bins.poses, view.ahead)
+        except MotionError as error:
+            return Checked(error.code, str(error))
+        return Checked(ErrorCode.NONE, '', plan.predicted_s)

@@ -1,0 +1,399 @@
+"""The heart of the executor: one goal at a time, on one thread that owns the arm.
+
+Nothing here knows ROS. Calls come from one outside thread and return at once; what happens is
+told through ``emit`` in the order in which it must be heard, from either thread.
+"""
+
+from __future__ import annotations
+
+import math
+import queue
+import threading
+import time
+import traceback
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from arm_executor.bins.book import BinBook, BookError
+from arm_executor.bins.journal import JournalError
+from arm_executor.bins.records import Step
+from arm_executor.goals.admission import Goal, Refusal, Situation, admit
+from arm_executor.goals.belt_view import BeltClock, BeltView
+from arm_executor.goals.candidates import Checker, View, foresee
+from arm_executor.goals.outputs import (
+    BinClosed,
+    BinsChanged,
+    Failed,
+    Finished,
+    Happened,
+    Output,
+    Replied,
+    Said,
+    Status,
+    Ticket,
+)
+from arm_executor.goals.placing import Placing, Tools
+from arm_executor.goals.plan_cache import PlanCache
+from arm_executor.goals.settings import Settings
+from arm_executor.model.arm_interface import Arm
+from pack_msgs_py.cell_values import Report, Scan
+from pack_msgs_py.codes import ErrorCode, Mode, Reason
+from pack_msgs_py.values import Bin
+
+#: An arm that does not come to rest so long after the watchdog stopped it is a fault.
+HUNG_S = 3.0
+#: A goal may overtake the scan that it rests on, which comes by another topic, by this much.
+EARLY_S = 0.5
+
+
+class ExecutorCore:
+    """Admits goals, lets the arm carry them out, keeps the book of bins.
+
+    Parameters
+    ----------
+    make_arm : called once, on the thread that will own the arm.
+    emit : takes every output; called from two threads, must not block.
+    wall, steady : clocks, seconds since the epoch and of no particular origin.
+    """
+
+    def __init__(
+        self,
+        book: BinBook,
+        settings: Settings,
+        make_arm: Callable[[], Arm],
+        emit: Callable[[Output], None],
+        *,
+        wall: Callable[[], float] = time.time,
+        steady: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._book = book
+        self._settings = settings
+        self._make_arm = make_arm
+        self._emit = emit
+        self._wall = wall
+        self._steady = steady
+        self._belt = BeltView(wall)
+        self._plans = PlanCache()
+        self._tools: Tools | None = None
+        self._jobs: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
+        self._thread = threading.Thread(target=self._work, name='arm', daemon=True)
+        self._checker = Checker(self._view, emit)
+        self._in_world: tuple[int, ...] = ()
+        self._placing: Placing | None = None
+        self._early: list[tuple[Goal, float]] = []
+        self._paused = False
+        self._protective_stop = self._stop_wanted = ''
+        self._fault = ''
+        self._last_fault = ''
+
+    # -- from outside ---------------------------------------------------------------------------
+
+    def start(self) -> None:
+        """Build the arm and recover the bins, in the background; goals are refused until then."""
+        self._jobs.put(self._begin)
+        self._thread.start()
+        self._checker.start()
+
+    def end(self, timeout_s: float) -> bool:
+        """Leave the arm still; ``False`` when it has not come to rest within ``timeout_s``."""
+        placing = self._placing
+        if placing is not None:
+            placing.abandoned = True
+        self._stop_motion()
+        self._jobs.put(None)
+        until_s = self._steady() + timeout_s
+        checked = self._checker.end(timeout_s)
+        if self._thread.is_alive():
+            self._thread.join(max(0.0, until_s - self._steady()))
+        return checked and not self._thread.is_alive()
+
+    def status(self) -> Status:
+        """Mode and what is being done."""
+        tools = self._tools
+        error = 0.0 if tools is None else tools.arm.tracking_error()
+        return replace(self._status(), last_fault=self._last_fault, tracking_error=error)
+
+    def _status(self) -> Status:
+        placing, attempt = self._placing, self._book.attempt
+        active = '' if placing is None else placing.goal.decision.box.id
+        if self._fault:
+            return Status(Mode.FAULT, active, 0.0, self._fault)
+        if self._protective_stop:
+            held = '' if attempt is None else attempt.placed.box.id
+            return Status(Mode.PROTECTIVE_STOP, held, 0.0, self._protective_stop)
+        if self._tools is None:
+            return Status(Mode.INACTIVE, '', 0.0, 'starting')
+        if placing is not None:
+            return Status(Mode.EXECUTING, active, placing.remaining_s, '')
+        if self._paused:
+            return Status(Mode.INACTIVE, '', 0.0, 'paused')
+        return Status(Mode.IDLE, '', 0.0, '')
+
+    def joints(self) -> tuple[tuple[str, ...], tuple[float, ...]]:
+        """Names and positions of the joints; empty when there are none."""
+        tools = self._tools
+        return ((), ()) if tools is None else tools.arm.joint_positions()
+
+    def on_scan(self, scan: Scan) -> None:
+        """The belt is now like this."""
+        self._belt.update(scan)
+        self.tick()
+
+    def tick(self) -> None:
+        """Go on with goals that came before their scan, watch the motion; call it now and then."""
+        self._watch()
+        early, self._early = self._early, []
+        for goal, until_s in early:
+            if self._is_early(goal) and self._steady() < until_s:
+                self._early.append((goal, until_s))
+            else:
+                self._admit(goal)
+
+    def submit(self, goal: Goal) -> None:
+        """Admit ``goal`` and have it done, or refuse it; either way it ends in one report."""
+        if self._is_early(goal):
+            self._early.append((goal, self._steady() + EARLY_S))
+        else:
+            self._admit(goal)
+
+    def _watch(self) -> None:
+        """The watchdog: a motion that makes no progress is stopped, one that goes on is a fault."""
+        placing, allowed_s = self._placing, self._settings.watchdog_s
+        quiet_s = 0.0 if placing is None else self._steady() - placing.heard_s
+        if placing is None or quiet_s <= allowed_s:
+            return
+        text = f'the motion has made no progress for {quiet_s:.1f} s, {allowed_s:g} s are allowed'
+        placing.halt(ErrorCode.MOTION_OVERDUE, text)
+        if quiet_s > allowed_s + HUNG_S and not placing.abandoned:
+            placing.abandoned = True
+            self._fail(RuntimeError(f'{text}, and the arm does not stop'))
+
+    def protective_stop(self, text: str) -> None:
+        """Stand still until :meth:`reset`, whatever goes on; a held box stays in the gripper."""
+        placing = self._placing
+        self._stop_wanted = text
+        if placing is None:
+            self._protective_stop = text
+        else:
+            placing.halt(ErrorCode.PROTECTIVE_STOP, text)
+            self._belt.wake()
+
+    def _is_early(self, goal: Goal) -> bool:
+        scan = self._belt.scan
+        return goal.decision.scan_sequence > (0 if scan is None else scan.sequence)
+
+    def _admit(self, goal: Goal) -> None:
+        now_s = self._wall()
+        refusal = admit(goal, self._situation(now_s))
+        if refusal is not None:
+            self._emit(Finished(self.refusal_report(goal, refusal)))
+            return
+        placing = Placing(goal, now_s, self._steady())
+        self._placing = placing
+        self._jobs.put(lambda: self._place(placing))
+
+    def refusal_report(self, goal: Goal, refusal: Refusal) -> Report:
+        """Report of a goal that was refused at once."""
+        decision, now_s = goal.decision, self._wall()
+        return Report(
+            box_id=decision.box.id,
+            bin_id=decision.bin_id,
+            bin_serial=decision.bin_serial,
+            bin_revision=decision.bin_revision,
+            code=refusal.code,
+            message=refusal.message,
+            commanded=decision.target,
+            slack_s=goal.deadline_s - now_s if math.isfinite(goal.deadline_s) else 0.0,
+            goal_id=goal.goal_id,
+            stamp_s=now_s,
+        )
+
+    def cancel(self, goal_id: bytes) -> None:
+        """Stop the goal; its report says how it ended. Too late once the pad lets go."""
+        placing = self._placing
+        if placing is not None and placing.goal.goal_id == goal_id:
+            self._stop_motion()
+        for goal, until_s in [one for one in self._early if one[0].goal_id == goal_id]:
+            self._early.remove((goal, until_s))
+            refusal = Refusal(ErrorCode.CANCELED, 'canceled before it was looked at')
+            self._emit(Finished(self.refusal_report(goal, refusal)))
+
+    def check(self, ticket: Ticket, goals: Sequence[Goal], enough_s: float = 0.0) -> None:
+        """Ask the arm about candidates; see :meth:`arm_executor.goals.candidates.Checker.check`."""
+        self._checker.check(ticket, goals, enough_s)
+
+    def _view(self) -> View:
+        # First what is under way, then what there is: the other way round a placement that ends
+        # in between would be neither.
+        placing, attempt = self._placing, self._book.attempt
+        situation = self._situation(self._wall())
+        serials = tuple(one.serial for one in situation.bins.bins)
+        view = View(situation, self._tools, in_step=serials == self._in_world)
+        return foresee(view, placing, under_way=attempt is not None)
+
+    def swap(self, bin_id: str, revision: int, destination: str = '') -> Bin:
+        """Close a bin and open an empty one; :class:`BookError` says why not."""
+        if self._fault or self._tools is None:
+            msg = f'the executor is in mode {self.status().mode.name}'
+            raise BookError(msg)
+        if bin_id == self.bin_in_use():
+            msg = f'a box is being placed into bin {bin_id!r}'
+            raise BookError(msg)
+        poses = self._book.state.poses
+        try:
+            old, new = self._book.swap(bin_id, revision, destination)
+        except JournalError as error:
+            self._fail(error)
+            raise BookError(str(error)) from error
+        self._jobs.put(self._sync)
+        self._emit(BinClosed(old, poses))
+        self._emit(BinsChanged(self._book.state))
+        self._emit(Said('info', f'bin {old.id} closed with {len(old.boxes)} boxes, {new.id} open'))
+        return new
+
+    def bin_in_use(self) -> str:
+        """Id of the bin into which a box is on its way; empty for none."""
+        placing = self._placing
+        return self._book.bin_in_use() if placing is None else placing.goal.decision.bin_id
+
+    def pause(self, paused: bool) -> None:
+        """Refuse new goals; one that is under way is finished."""
+        self._paused = paused
+
+    def reset(self, ticket: Ticket) -> None:
+        """After a protective stop: box back to the belt, and on. Answers (success, message)."""
+        self._jobs.put(lambda: self._reset(ticket))
+
+    def _situation(self, now_s: float) -> Situation:
+        status = self.status()
+        placing = self._placing
+        return Situation(
+            bins=self._book.state,
+            ids_in_bins=self._book.ids_in_bins,
+            profile=self._settings.profile,
+            scan=self._belt.scan,
+            mode=status.mode,
+            busy_with='' if placing is None else placing.goal.decision.box.id,
+            now_s=now_s,
+        )
+
+    def _stop_motion(self) -> None:
+        placing = self._placing
+        if placing is not None:
+            placing.stop.set()
+            self._belt.wake()
+
+    # -- on the arm's thread --------------------------------------------------------------------
+
+    def _work(self) -> None:
+        while (job := self._jobs.get()) is not None:
+            try:
+                job()
+            except Exception as error:
+                self._fail(error)
+        tools = self._tools
+        if tools is not None:
+            tools.arm.close()
+
+    def _begin(self) -> None:
+        try:
+            arm = self._make_arm()
+            found = self._book.recover()
+            state = self._book.state
+            self._book.settled(arm.set_bins(state.bins, state.poses))
+            self._in_world = tuple(one.serial for one in state.bins)
+        except Exception as error:
+            self._fault = f'cannot start: {error}'
+            self._emit(Failed(f'cannot start: {error}\n{traceback.format_exc()}'))
+            return
+        for one in found.returned:
+            self._emit(Said('warning', f'box {one.placed.box.id!r} was in the gripper: returned'))
+        for one in found.unmeasured:
+            self._emit(Said('warning', f'box {one.placed.box.id!r} was just released: measured'))
+        for event in self._book.events():
+            self._emit(Happened(event))
+        for closed, poses in self._book.closed():
+            self._emit(BinClosed(closed, poses))
+        self._tools = Tools(
+            arm=arm,
+            book=self._book,
+            belt=self._belt,
+            clock=BeltClock(self._settings.speed, self._steady),
+            plans=self._plans,
+            settings=self._settings,
+            emit=self._emit,
+            steady=self._steady,
+            wall=self._wall,
+        )
+        self._emit(BinsChanged(self._book.state))
+        bins = ', '.join(f'{one.id} ({len(one.boxes)} boxes)' for one in self._book.state.bins)
+        self._emit(Said('info', f'ready; open bins: {bins}'))
+
+    def _ready(self) -> Tools:
+        if self._tools is None:
+            msg = 'the arm is not there yet'
+            raise RuntimeError(msg)
+        return self._tools
+
+    def _place(self, placing: Placing) -> None:
+        report = placing.run(self._ready())
+        if placing.abandoned:
+            return
+        if report.code not in (ErrorCode.NONE, ErrorCode.CANCELED):
+            self._last_fault = f'{report.code.name}: {report.message}'
+        if placing.needs_reset or self._stop_wanted:
+            self._protective_stop = self._stop_wanted or report.message or 'protective stop'
+        self._placing = None
+        self._emit(Finished(report))
+
+    def _sync(self) -> None:
+        """Make the arm's world hold the bins of the book."""
+        self._plans.clear()
+        state = self._book.state
+        self._ready().arm.set_bins(state.bins, state.poses)
+        self._in_world = tuple(one.serial for one in state.bins)
+
+    def _reset(self, ticket: Ticket) -> None:
+        try:
+            self._emit(Replied(ticket, self._leave_protective_stop()))
+        except Exception:
+            self._emit(Replied(ticket, (False, 'the executor failed; see its log')))
+            raise
+
+    def _leave_protective_stop(self) -> tuple[bool, str]:
+        if not self._protective_stop:
+            return False, f'mode is {self.status().mode.name}; only a protective stop can be reset'
+        tools, attempt = self._ready(), self._book.attempt
+        self._plans.clear()
+        text = 'the gripper was empty'
+        if attempt is not None:
+            box_id = attempt.placed.box.id
+            if tools.arm.return_to_belt():
+                text = f'box {box_id!r} is back on the belt'
+                self._emit(Happened(self._book.returned(Reason.OPERATOR, 'reset by the operator')))
+            elif tools.arm.holds() is None:
+                text = f'box {box_id!r} is no longer in the gripper'
+                self._emit(Happened(self._book.lost(text)))
+            else:
+                return False, f'box {box_id!r} cannot be brought back to the belt; try again'
+        if not tools.arm.withdraw():
+            text += '; the arm cannot go back to where it waits, and stays where it is'
+        self._protective_stop = self._stop_wanted = ''
+        return True, text
+
+    def _fail(self, error: Exception) -> None:
+        """Something that should not happen has: stand still, say so, wait for a person."""
+        self._stop_motion()
+        self._fault = f'{type(error).__name__}: {error}; restart the node'
+        self._emit(Said('error', f'the executor failed, arm stopped\n{traceback.format_exc()}'))
+        self._last_fault = self._fault
+        placing, self._placing = self._placing, None
+        attempt = self._book.attempt
+        if attempt is not None and attempt.step is not Step.PLANNED:
+            try:
+                self._emit(Happened(self._book.unknown(self._fault)))
+            except Exception as second:
+                self._emit(Said('error', f'the journal cannot be written: {second}'))
+        if placing is not None:
+            refusal = Refusal(ErrorCode.UNKNOWN, self._fault)
+            self._emit(Finished(self.refusal_report(placing.goal, refusal)))

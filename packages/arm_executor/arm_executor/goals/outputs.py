@@ -1,0 +1,101 @@
+"""What the core has to say to the outside, in the order in which it must be heard."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias
+
+from arm_executor.bins.book import BookState
+from pack_msgs_py.cell_values import BoxEvent, Pose, Report
+from pack_msgs_py.codes import ErrorCode, Mode, Phase
+from pack_msgs_py.values import Bin
+
+#: What a request is told apart by; only the one who asked understands it.
+Ticket: TypeAlias = Any
+
+
+@dataclass(frozen=True)
+class Happened:
+    """Something happened to a box."""
+
+    event: BoxEvent
+
+
+@dataclass(frozen=True)
+class BinsChanged:
+    """The bins are now as in ``state``."""
+
+    state: BookState
+
+
+@dataclass(frozen=True)
+class BinClosed:
+    """A bin was taken away with this content; poses by box id, bin frame."""
+
+    bin: Bin
+    poses: Mapping[str, Pose]
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far the goal is; ``left_s`` is the robot time left until its deadline."""
+
+    goal_id: bytes
+    phase: Phase
+    fraction: float
+    left_s: float
+
+
+@dataclass(frozen=True)
+class Finished:
+    """A goal has ended."""
+
+    report: Report
+
+
+@dataclass(frozen=True)
+class Checked:
+    """Answer for one candidate placement."""
+
+    code: ErrorCode
+    message: str = ''
+    motion_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class Replied:
+    """Answer to the request that was made with ``ticket``."""
+
+    ticket: Ticket
+    answer: Any
+
+
+@dataclass(frozen=True)
+class Said:
+    """For the log."""
+
+    level: Literal['info', 'warning', 'error']
+    text: str
+
+
+@dataclass(frozen=True)
+class Failed:
+    """The executor could not start; ``text`` says why."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Status:
+    """What the heartbeat says."""
+
+    mode: Mode
+    active_box: str
+    remaining_s: float
+    message: str
+    last_fault: str = ''
+    tracking_error: float = 0.0
+
+
+Output = Happened | BinsChanged | BinClosed | Progress | Finished | Replied | Said | Failed

@@ -1,0 +1,309 @@
+"""One placement from the admitted goal to its report, on the thread that owns the arm."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from arm_executor.bins.book import BinBook
+from arm_executor.bins.records import Step, placed_of
+from arm_executor.goals.admission import Goal, find_scanned
+from arm_executor.goals.belt_view import BeltClock, BeltView
+from arm_executor.goals.judging import angle_between, corner_distance, judge, resting_pose
+from arm_executor.goals.outputs import BinsChanged, Happened, Output, Progress, Said
+from arm_executor.goals.plan_cache import PlanCache, request_of
+from arm_executor.goals.settings import Settings
+from arm_executor.model.arm_interface import Arm, MotionError, MotionHooks, MotionPlan, MotionResult
+from pack_msgs_py.cell_values import Pose, Report
+from pack_msgs_py.codes import ErrorCode, Phase, Reason
+from pack_msgs_py.values import Bin
+
+#: A box that the belt holds this far from where the goal says cannot be grasped by its plan.
+PICK_TOLERANCE_M = 0.02
+#: Why a box goes back to the belt, when it is not because a motion failed.
+_WHY_RETURNED = {
+    ErrorCode.CANCELED: Reason.OPERATOR,
+    ErrorCode.BOX_MISMATCH: Reason.INVALID_DATA,
+}
+#: A motion takes up to this much longer than predicted: trajectories run in whole steps.
+EXECUTION_SLACK_S = 0.05
+#: Progress is told at each new phase, and then at each further share of the whole.
+PROGRESS_STEP = 0.05
+
+
+@dataclass(frozen=True)
+class Tools:
+    """What a placement works with."""
+
+    arm: Arm
+    book: BinBook
+    belt: BeltView
+    clock: BeltClock
+    plans: PlanCache
+    settings: Settings
+    emit: Callable[[Output], None]
+    steady: Callable[[], float]
+    wall: Callable[[], float]
+
+
+class Placing:
+    """A goal that was admitted.
+
+    ``stop`` ends it, or :meth:`halt`: the arm comes to rest, and the box goes back to the belt,
+    unless the pad has already let go. :attr:`remaining_s` and :attr:`plan`, the motion once it is
+    under way, may be read from any thread. When :attr:`abandoned` is set the box stays where it is,
+    and the next start of the executor finds it in the journal.
+    """
+
+    def __init__(self, goal: Goal, received_wall_s: float, received_steady_s: float) -> None:
+        self.goal = goal
+        self.stop = threading.Event()
+        self.remaining_s = 0.0
+        self.plan: MotionPlan | None = None
+        self.heard_s = math.inf
+        self.needs_reset = False
+        self.abandoned = False
+        self._received_s = received_steady_s
+        self._budget_s = goal.deadline_s - received_wall_s
+        self._planning_s = 0.0
+        self._wait_s = 0.0
+        self._told: tuple[Phase, float] | None = None
+        self._halted: tuple[ErrorCode, str] | None = None
+
+    def halt(self, code: ErrorCode, text: str) -> None:
+        """Stop for another reason than a request to cancel; the first one counts."""
+        self._halted = self._halted or (code, text)
+        self.stop.set()
+
+    def run(self, tools: Tools) -> Report:
+        """Do it, whatever comes, and say how it ended."""
+        self._tell(tools, Phase.PLANNING, 0.0)
+        self._planning_s = tools.steady() - self._received_s
+        try:
+            # While the belt still brings the box.
+            self._plan(tools)
+            self._wait(tools)
+            # With the neighbours on the belt as they stand now; mostly it is the same plan.
+            plan = self._plan(tools)
+        except MotionError as error:
+            code, text = self._stopped(error.code, str(error))
+            self.needs_reset = code is ErrorCode.PROTECTIVE_STOP
+            return self._report(tools, code, text, MotionResult(code))
+        tools.book.begin(self.goal.decision, self.goal.goal_id)
+        self.plan, self.heard_s = plan, tools.steady()
+        result = tools.arm.execute(plan, self._hooks(tools, plan), self.stop)
+        self.heard_s = math.inf
+        code, text = self._stopped(result.code, result.message)
+        result = replace(result, code=code, message=text)
+        tools.plans.moved(plan, as_planned=result.code.box_is_in_bin)
+        if self.abandoned:
+            return self._report(tools, ErrorCode.CANCELED, 'the executor was ended', result)
+        report = self._resolve(tools, result)
+        if not self.needs_reset:
+            # Where a motion ended early is no place to plan the next one from.
+            if not tools.arm.withdraw():
+                text = 'the arm cannot go back to where it waits; it stays where the motion ended'
+                tools.emit(Said('warning', text))
+            if not result.code.box_is_in_bin:
+                tools.plans.clear()
+        return report
+
+    def _stopped(self, code: ErrorCode, text: str) -> tuple[ErrorCode, str]:
+        """Code and message of an end, which was no request to cancel when it was :meth:`halt`."""
+        if code is ErrorCode.CANCELED and self._halted is not None:
+            return self._halted
+        return code, text
+
+    def _plan(self, tools: Tools) -> MotionPlan:
+        """Plan the motion; ``MotionError`` when there is none, or none that is short enough."""
+        started = tools.steady()
+        try:
+            request = request_of(self.goal, self._bin(tools).station, tools.belt.scan)
+            plan = tools.plans.plan(tools.arm, request, tools.book.state.poses)
+        finally:
+            self._planning_s += tools.steady() - started
+        self.remaining_s = plan.predicted_s
+        needed_s = self._planning_s + plan.predicted_s + EXECUTION_SLACK_S
+        if tools.settings.enforce_deadline and needed_s > self._budget_s:
+            text = (
+                f'planning took {self._planning_s:.3f} s and the motion needs '
+                f'{plan.predicted_s:.2f} s, the deadline leaves {self._budget_s:.2f} s'
+            )
+            raise MotionError(ErrorCode.DEADLINE_UNREACHABLE, text)
+        return plan
+
+    def _bin(self, tools: Tools) -> Bin:
+        found = tools.book.state.find(self.goal.decision.bin_id)
+        if found is None:
+            msg = f'bin {self.goal.decision.bin_id!r} was taken away while it was in use'
+            raise RuntimeError(msg)
+        return found
+
+    def _wait(self, tools: Tools) -> None:
+        """Until the belt holds the box at the pick point; ``MotionError`` if it does not come."""
+        box_id, pick = self.goal.decision.box.id, self.goal.pick
+        self._tell(tools, Phase.WAITING, 0.0)
+        timeout_s = tools.settings.present_timeout_s
+        elapsed_s = tools.clock.elapsed_s(self._planning_s)
+        found = tools.belt.wait_presented(box_id, timeout_s, self.stop.is_set)
+        if self.stop.is_set():
+            msg = f'canceled before box {box_id!r} was picked'
+            raise MotionError(ErrorCode.CANCELED, msg)
+        if found is None:
+            why = 'left the belt'
+            if find_scanned(tools.belt.scan, box_id) is not None:
+                why = f'did not come to the pick point within {timeout_s:g} s'
+            msg = f'box {box_id!r} {why}'
+            raise MotionError(ErrorCode.BOX_NOT_PRESENTED, msg)
+        if elapsed_s is not None:
+            self._wait_s = max(0.0, found.travel_time_s - elapsed_s)
+        distance = corner_distance(found.box.size_mm, found.pose, pick)
+        if distance > PICK_TOLERANCE_M:
+            msg = (
+                f'box {box_id!r} is held at {_text(found.pose)} m, {1e3 * distance:.1f} mm away '
+                f'from pick_pose {_text(pick)} m; {1e3 * PICK_TOLERANCE_M:g} mm are allowed'
+            )
+            raise MotionError(ErrorCode.BOX_NOT_PRESENTED, msg)
+
+    def _hooks(self, tools: Tools, plan: MotionPlan) -> MotionHooks:
+        def phase(now: Phase, fraction: float) -> None:
+            self.heard_s = tools.steady()
+            self.remaining_s = plan.predicted_s * (1.0 - fraction)
+            spent = self._planning_s + plan.predicted_s * fraction
+            self._tell(tools, now, fraction, spent)
+
+        return MotionHooks(
+            phase=phase,
+            picked=lambda: tools.emit(Happened(tools.book.picked())),
+            releasing=tools.book.releasing,
+            released=tools.book.placed,
+        )
+
+    def _tell(self, tools: Tools, phase: Phase, fraction: float, spent_s: float = 0.0) -> None:
+        told = self._told
+        if told is not None and told[0] is phase and fraction < told[1] + PROGRESS_STEP:
+            return
+        self._told = (phase, fraction)
+        tools.emit(Progress(self.goal.goal_id, phase, fraction, self._budget_s - spent_s))
+
+    # -- how it ended ---------------------------------------------------------------------------
+
+    def _resolve(self, tools: Tools, result: MotionResult) -> Report:
+        """Where is the box? What the arm holds, and the last step written down, say it."""
+        attempt = tools.book.attempt
+        step = Step.PLANNED if attempt is None else attempt.step
+        if step is not Step.PLANNED:
+            tools.clock.motion_ended(result.split_s)
+        self.needs_reset = result.code is ErrorCode.PROTECTIVE_STOP
+        held = tools.arm.holds()
+        if result.on_belt:
+            return self._returned(tools, result, result.message)
+        if step is Step.PLANNED and held is None:
+            if result.code is ErrorCode.NONE:
+                msg = 'the arm reports success but has not picked the box'
+                raise RuntimeError(msg)
+            tools.book.forgotten()
+            return self._report(tools, result.code, result.message, result)
+        if step.in_bin and held is None:
+            return self._in_bin(tools, result)
+        if held is not None:
+            return self._held(tools, result)
+        return self._lost(tools, result)
+
+    def _held(self, tools: Tools, result: MotionResult) -> Report:
+        """The box is in the gripper: back to the belt with it, unless a person must look first."""
+        if self.needs_reset:
+            return self._report(tools, result.code, result.message, result)
+        text = result.message or f'the motion ended with {result.code.name}'
+        if tools.arm.return_to_belt():
+            return self._returned(tools, result, text)
+        if tools.arm.holds() is None:
+            return self._lost(tools, result)
+        self.needs_reset = True
+        text = f'{text}; the box could not be brought back to the belt and is in the gripper'
+        return self._report(tools, ErrorCode.PROTECTIVE_STOP, text, result)
+
+    def _returned(self, tools: Tools, result: MotionResult, text: str) -> Report:
+        reason = _WHY_RETURNED.get(result.code, Reason.FAULT)
+        tools.emit(Happened(tools.book.returned(reason, text)))
+        return self._report(tools, result.code, text, result)
+
+    def _lost(self, tools: Tools, result: MotionResult) -> Report:
+        """Nobody knows where the box is, and what it did to the others: measure them again."""
+        serial = self._bin(tools).serial
+        box_id = self.goal.decision.box.id
+        text = result.message or f'box {box_id!r} is neither in the gripper nor in its bin'
+        tools.emit(Happened(tools.book.lost(text)))
+        tools.emit(Said('error', f'box {box_id!r} is lost: {text}'))
+        state = tools.book.state
+        tools.book.settled(tools.arm.set_bins(state.bins, state.poses), frozenset({serial}))
+        tools.emit(BinsChanged(tools.book.state))
+        return self._report(tools, ErrorCode.BOX_LOST, text, result)
+
+    def _in_bin(self, tools: Tools, result: MotionResult) -> Report:
+        decision = self.goal.decision
+        placed = placed_of(decision)
+        target = self._bin(tools)
+        if result.measured is None:
+            result = self._measure(tools, result)
+        poses = tools.book.state.poses
+        expected = resting_pose(placed, decision.target, target.boxes, poses)
+        slack_s = self._budget_s - self._planning_s - result.motion_s
+        code, text = judge(result, placed, expected, tools.settings.tolerance, slack_s=slack_s)
+        known = {one.box.id for one in target.boxes}
+        others = {key: pose for key, pose in result.others.items() if key in known}
+        tools.emit(Happened(tools.book.verified(result.measured, others)))
+        tools.emit(BinsChanged(tools.book.state))
+        return self._report(tools, code, text, result)
+
+    def _measure(self, tools: Tools, result: MotionResult) -> MotionResult:
+        """The motion ended after the release but before the measurement: do it now."""
+        placed, state = placed_of(self.goal.decision), tools.book.state
+        target = self._bin(tools)
+        bins = tuple(
+            replace(one, boxes=(*one.boxes, placed)) if one.serial == target.serial else one
+            for one in state.bins
+        )
+        poses = {**state.poses, placed.box.id: self.goal.decision.target}
+        settled = tools.arm.set_bins(bins, poses)
+        return replace(
+            result,
+            measured=settled[placed.box.id],
+            others={one.box.id: settled[one.box.id] for one in target.boxes},
+        )
+
+    def _report(self, tools: Tools, code: ErrorCode, text: str, result: MotionResult) -> Report:
+        decision = self.goal.decision
+        measured = result.measured
+        cycle_s = self._planning_s + result.motion_s
+        report = Report(
+            box_id=decision.box.id,
+            bin_id=decision.bin_id,
+            bin_serial=decision.bin_serial,
+            bin_revision=decision.bin_revision,
+            code=code,
+            message=text,
+            commanded=decision.target,
+            measured=measured,
+            others_moved_m=result.others_moved_m,
+            planning_s=self._planning_s,
+            wait_s=self._wait_s,
+            motion_s=result.motion_s,
+            cycle_s=cycle_s,
+            slack_s=self._budget_s - cycle_s,
+            goal_id=self.goal.goal_id,
+            stamp_s=tools.wall(),
+        )
+        if measured is None:
+            return report
+        return replace(
+            report,
+            position_error_m=corner_distance(decision.box.size_mm, decision.target, measured),
+            angle_error_rad=angle_between(decision.target, measured),
+        )
+
+
+def _text(pose: Pose) -> str:
+    return '({:.3f}, {:.3f}, {:.3f})'.format(*pose.position)

@@ -1,0 +1,166 @@
+"""Motion plans that were made for check_placements, kept for the goal that follows."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from arm_executor.goals.admission import Goal, find_scanned
+from arm_executor.goals.judging import angle_between
+from arm_executor.model.arm_interface import Ahead, Arm, MotionError, MotionPlan, PlaceRequest
+from pack_msgs_py.cell_values import Pose, Scan
+from pack_msgs_py.values import Box
+
+#: How far the target may be from where a plan took it to be: the arm lets go half a millimetre
+#: above what it stands on. And the other boxes: sideways half of the gap that profile `cell` keeps;
+#: a box passes over them with more air than they can be higher.
+TARGET_DRIFT_M, DRIFT_M, DRIFT_UP_M, DRIFT_RAD = 0.0005, 0.002, 0.005, 0.005
+#: Neighbours on the belt that stand this near behind the box must be kept clear of.
+NEIGHBOUR_REACH_M = 0.5
+#: Neighbours may stand this much elsewhere without a new plan.
+NEIGHBOUR_DRIFT_M = 0.02
+_SAME_HEIGHT_M = 1e-3
+#: Plans kept at a time.
+_KEPT = 32
+
+Poses = Mapping[str, Pose]
+
+
+def neighbours(goal: Goal, scan: Scan | None) -> tuple[tuple[Box, Pose], ...]:
+    """Boxes behind that of ``goal`` once it is at the pick point, frame `cell`.
+
+    The top strand moves as one towards the arm (-y): the others come along by as much as the box
+    still has to go. Those before it go round the head, out of the way.
+    """
+    box, pick = goal.decision.box, goal.pick
+    found = find_scanned(scan, box.id)
+    if scan is None or found is None:
+        return ()
+    on_top = abs(found.pose.position[2] - pick.position[2]) < _SAME_HEIGHT_M
+    shift = pick.position[1] - found.pose.position[1] if on_top else 0.0
+    belt_z = pick.position[2] - box.size_mm[2] / 2e3
+    back_y = pick.position[1] + box.size_mm[1] / 2e3
+    near = []
+    for other in scan.boxes:
+        x, y, z = other.pose.position
+        front_y = y + shift - other.box.size_mm[1] / 2e3
+        on_belt = abs(z - other.box.size_mm[2] / 2e3 - belt_z) < _SAME_HEIGHT_M
+        if other.box.id != box.id and on_belt and 0 <= front_y - back_y <= NEIGHBOUR_REACH_M:
+            near.append((other.box, Pose((x, y + shift, z), other.pose.quaternion)))
+    return tuple(near)
+
+
+def request_of(goal: Goal, station: str, scan: Scan | None) -> PlaceRequest:
+    """What the arm is asked for."""
+    decision = goal.decision
+    return PlaceRequest(decision.box, goal.pick, station, decision.target, neighbours(goal, scan))
+
+
+@dataclass(frozen=True)
+class _Kept:
+    """An answer of the arm, and what it rests on.
+
+    ``poses`` are of every box in the bins, ``after`` is the motion that must end as planned first.
+    """
+
+    request: PlaceRequest
+    poses: Poses
+    after: MotionPlan | None
+    answer: MotionPlan | MotionError
+
+
+class PlanCache:
+    """Plans and refusals of the arm by what was asked for and by where everything stood.
+
+    Safe to use from two threads: one that moves, and one that plans ahead meanwhile.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        # The arm plans one motion at a time: who asks for one that is being planned gets it too.
+        self._planning = threading.Lock()
+        self._kept: list[_Kept] = []
+        self._last: MotionPlan | None = None
+
+    def plan(
+        self, arm: Arm, request: PlaceRequest, poses: Poses, ahead: Ahead | None = None
+    ) -> MotionPlan:
+        """The plan for ``request``, made now if there is none; may raise ``MotionError``.
+
+        ``poses`` of all boxes in the bins, bin frame, are those at the start of the motion.
+        """
+        with self._planning:
+            return self._found_or_made(arm, request, poses, ahead)
+
+    def _found_or_made(
+        self, arm: Arm, request: PlaceRequest, poses: Poses, ahead: Ahead | None
+    ) -> MotionPlan:
+        after = None if ahead is None else ahead.plan
+        with self._lock:
+            if after is self._last:
+                after = None
+            found = next(
+                (one for one in self._kept if one.after is after and _serves(one, request, poses)),
+                None,
+            )
+        if found is not None:
+            if isinstance(found.answer, MotionError):
+                raise MotionError(found.answer.code, str(found.answer))
+            return replace(found.answer, request=request)
+        answer: MotionPlan | MotionError
+        try:
+            answer = arm.plan(request) if ahead is None else arm.plan(request, ahead)
+        except MotionError as error:
+            answer = error
+        with self._lock:
+            after = None if ahead is None or ahead.plan is self._last else ahead.plan
+            self._kept = [*self._kept[1 - _KEPT :], _Kept(request, dict(poses), after, answer)]
+        if isinstance(answer, MotionError):
+            raise answer
+        return answer
+
+    def moved(self, motion: MotionPlan, *, as_planned: bool) -> None:
+        """The arm has moved: only plans that start where ``motion`` should end are of any use."""
+        with self._lock:
+            kept = [replace(one, after=None) for one in self._kept if one.after is motion]
+            self._kept = kept if as_planned else []
+            self._last = motion if as_planned else None
+
+    def clear(self) -> None:
+        """Forget all plans."""
+        with self._lock:
+            self._kept, self._last = [], None
+
+
+def _serves(kept: _Kept, request: PlaceRequest, poses: Poses) -> bool:
+    made = kept.request
+    return (
+        made.box == request.box
+        and made.station == request.station
+        and _near(made.pick, request.pick, TARGET_DRIFT_M)
+        and _near(made.target, request.target, TARGET_DRIFT_M)
+        # One that has gone since is no matter, one that has come is.
+        and all(
+            any(box == other and _near(was, now, NEIGHBOUR_DRIFT_M) for other, was in made.belt)
+            for box, now in request.belt
+        )
+        and kept.poses.keys() == poses.keys()
+        and all(_stays(was, poses[box_id]) for box_id, was in kept.poses.items())
+    )
+
+
+def _stays(was: Pose, now: Pose) -> bool:
+    """Whether a box in a bin is where a plan took it to be."""
+    aside = math.dist(was.position[:2], now.position[:2])
+    up = abs(was.position[2] - now.position[2])
+    return was is now or (
+        aside <= DRIFT_M and up <= DRIFT_UP_M and angle_between(was, now) <= DRIFT_RAD
+    )
+
+
+def _near(one: Pose, other: Pose, metres: float) -> bool:
+    return one is other or (
+        math.dist(one.position, other.position) <= metres and angle_between(one, other) <= DRIFT_RAD
+    )

@@ -1,0 +1,159 @@
+"""Parameters of the node, and the numbers that the core needs of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from arm_executor.arms.choose import ARMS
+from arm_executor.goals.judging import Tolerance
+from arm_executor.model.layout import Layout, lifting_limit
+from arm_executor.model.parameters import ARMS as ROBOTS
+from pack_msgs_py.orientation import ORIENTATION_RULES
+from pack_msgs_py.parameters import parameter
+from pack_msgs_py.profiles import PROFILES, Profile
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Parameters of node `arm_executor`; all are read once, at the start."""
+
+    arm: str = parameter(
+        'physics',
+        'What moves the boxes: a robot model with physics, or only the time it would take.',
+        choices=ARMS,
+        read_only=True,
+    )
+    robot: str = parameter(
+        '',
+        'Robot model of the arm `physics`; empty for that of the layout.',
+        choices=('', *ROBOTS),
+        read_only=True,
+    )
+    layout: str = parameter(
+        '',
+        'File that says where everything stands, like `config/layout.yaml`; empty for the default.',
+        read_only=True,
+    )
+    bin_type: str = parameter(
+        'LDC', 'Kind of every bin: LDC, RC, PAL, EQ, SYN or LxBxH in centimetres.', read_only=True
+    )
+    destinations: str = parameter(
+        '',
+        'Destinations that the bins serve at the start, separated by commas: the first station the '
+        'first one and so on, and round again. Empty: any box goes into any bin.',
+        read_only=True,
+    )
+    open_bins: int = parameter(
+        1, 'Bins that stand in the cell at a time.', low=1, high=3, read_only=True
+    )
+    profile: str = parameter(
+        'cell',
+        'Packing rules that every placement must obey.',
+        choices=tuple(PROFILES),
+        read_only=True,
+    )
+    orientations: str = parameter(
+        '',
+        "Orientation rule instead of the profile's own; empty keeps that.",
+        choices=('', *ORIENTATION_RULES),
+        read_only=True,
+    )
+    size_sigmas: float = parameter(
+        -1.0,
+        'Standard deviations of the measured size that a placement keeps free, like the planner; '
+        "-1 for the profile's own.",
+        low=-1.0,
+        high=10.0,
+        read_only=True,
+    )
+    speed: float = parameter(
+        1.0,
+        'Robot seconds per wall-clock second; 0 is as fast as the machine can.',
+        low=0.0,
+        high=1000.0,
+        read_only=True,
+    )
+    tolerance_mm: float = parameter(
+        5.0,
+        'Farthest that a corner of a box may rest from where it should, or another box may move.',
+        unit='mm',
+        low=0.1,
+        high=100.0,
+        read_only=True,
+    )
+    angle_tolerance_deg: float = parameter(
+        1.0,
+        'Farthest that a box may be turned from how it should rest.',
+        unit='degrees',
+        low=0.1,
+        high=45.0,
+        read_only=True,
+    )
+    present_timeout_s: float = parameter(
+        30.0,
+        'Wall-clock time after which a box that is not at the pick point is given up.',
+        unit='s',
+        low=0.1,
+        high=3600.0,
+        read_only=True,
+    )
+    enforce_deadline: bool = parameter(
+        True,
+        'Refuse a goal whose predicted time exceeds its deadline. Off: do it, and report it late.',
+        read_only=True,
+    )
+    watchdog_s: float = parameter(
+        10.0,
+        'Motion that makes no progress for so long is stopped; longer when `speed` is below 1.',
+        unit='s',
+        low=1.0,
+        high=3600.0,
+        read_only=True,
+    )
+    state_dir: str = parameter(
+        '', 'Folder of the journal; empty keeps it in memory.', read_only=True
+    )
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How the core works; see :class:`Parameters` for what each value means."""
+
+    profile: Profile
+    tolerance: Tolerance
+    present_timeout_s: float = 30.0
+    enforce_deadline: bool = True
+    watchdog_s: float = 10.0
+    speed: float = 1.0
+
+
+def destinations_from(parameters: Parameters) -> tuple[str, ...]:
+    """What the stations serve at the start, in turn; nothing for any box anywhere."""
+    names = (one.strip() for one in parameters.destinations.split(','))
+    return tuple(one for one in names if one)
+
+
+def settings_from(parameters: Parameters, layout: Layout | None = None) -> Settings:
+    """The core's settings; parameters have been checked before.
+
+    Where the robot of ``layout`` lifts less than the profile allows, that is the limit.
+    """
+    profile = PROFILES[parameters.profile]
+    if parameters.orientations:
+        profile = replace(profile, orientations=parameters.orientations)
+    if parameters.size_sigmas >= 0:
+        profile = replace(profile, size_sigmas=parameters.size_sigmas)
+    if layout is not None and parameters.arm == 'physics':
+        lift = min(lifting_limit(layout), profile.max_payload_kg or math.inf)
+        profile = replace(profile, max_payload_kg=lift)
+    return Settings(
+        profile=profile,
+        tolerance=Tolerance(
+            parameters.tolerance_mm / 1e3, math.radians(parameters.angle_tolerance_deg)
+        ),
+        present_timeout_s=parameters.present_timeout_s,
+        enforce_deadline=parameters.enforce_deadline,
+        watchdog_s=parameters.watchdog_s / (min(1.0, parameters.speed) or 1.0),
+        speed=parameters.speed,
+    )

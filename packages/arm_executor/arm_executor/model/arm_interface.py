@@ -1,0 +1,167 @@
+"""What the executor asks of an arm, whichever way the arm does it.
+
+Two arms fulfil it: :class:`arm_executor.arms.physics.arm.PhysicsArm` moves a robot model in
+PyBullet, :class:`arm_executor.arms.timed.TimedArm` only spends the predicted time, for soaks and
+studies.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from pack_msgs_py.cell_values import Pose
+from pack_msgs_py.codes import ErrorCode, Phase
+from pack_msgs_py.values import Bin, Box
+
+
+class MotionError(Exception):
+    """The arm cannot, or could not, do what was asked.
+
+    ``code`` is what the goal ends with, ``str(error)`` a sentence with the numbers.
+    """
+
+    def __init__(self, code: ErrorCode, message: str) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+@dataclass(frozen=True)
+class PlaceRequest:
+    """Pick ``box`` at ``pick`` and bring its centre to rest at ``target``.
+
+    Attributes
+    ----------
+    pick : centre of the box when it is grasped, frame `cell`.
+    station : where the target bin stands, 'A', 'B' or 'C'.
+    target : centre of the box at rest, bin frame of the station.
+    belt : other boxes that wait on the belt meanwhile, and their centres, frame `cell`; the path
+        keeps clear of them.
+    """
+
+    box: Box
+    pick: Pose
+    station: str
+    target: Pose
+    belt: tuple[tuple[Box, Pose], ...] = ()
+
+
+@dataclass(frozen=True)
+class MotionPlan:
+    """A checked motion that is ready to run.
+
+    ``predicted_s`` is robot time from start to the arm waiting above the pick point again, grip
+    and release included. ``planning_s`` is what planning cost in wall-clock seconds. ``detail``
+    belongs to the arm that made the plan.
+    """
+
+    request: PlaceRequest
+    predicted_s: float
+    planning_s: float
+    detail: Any = field(default=None, repr=False)
+
+
+@dataclass(frozen=True)
+class Ahead:
+    """A motion that is under way while the next one is planned.
+
+    ``plan`` says where it will leave the arm, ``rest`` where its box will rest, bin frame.
+    """
+
+    plan: MotionPlan
+    rest: Pose
+
+
+@dataclass(frozen=True)
+class MotionResult:
+    """How a motion ended. Seconds are robot time, poses in the bin frame.
+
+    Attributes
+    ----------
+    code, message : ``NONE`` and empty when everything went as asked.
+    motion_s : time in motion, grip, release and settling of the arm included.
+    measured : pose of the box's centre after it settled; ``None`` when it is not in the bin.
+    others : measured pose of every other box of the bin after it settled, by box id.
+    others_moved_m : farthest that any other box of the bin moved.
+    split_s : robot time by phase.
+    on_belt : the box was picked, and stands on the belt again where it was.
+    """
+
+    code: ErrorCode
+    message: str = ''
+    motion_s: float = 0.0
+    measured: Pose | None = None
+    others: Mapping[str, Pose] = field(default_factory=dict)
+    others_moved_m: float = 0.0
+    split_s: Mapping[Phase, float] = field(default_factory=dict)
+    on_belt: bool = False
+
+
+@dataclass(frozen=True)
+class MotionHooks:
+    """What the arm calls while it moves, from the thread that runs :meth:`Arm.execute`.
+
+    ``phase(phase, fraction)`` reports progress. ``picked``, ``releasing`` and ``released`` are
+    called once each: right after the grasp holds, right before the pad lets go, right after.
+    The motion goes on only when they return, so that the journal is written first.
+    """
+
+    phase: Callable[[Phase, float], None]
+    picked: Callable[[], None]
+    releasing: Callable[[], None]
+    released: Callable[[], None]
+
+
+class Arm(Protocol):
+    """An arm in its cell.
+
+    Calls come from one thread, but :meth:`plan` from a second one too, and ``joint_positions``
+    from any.
+    """
+
+    def set_bins(self, bins: Sequence[Bin], poses: Mapping[str, Pose]) -> dict[str, Pose]:
+        """Make the world hold exactly ``bins`` (by their stations), and let it settle.
+
+        ``poses`` gives the pose of each box by id, bin frame. Returns the settled poses.
+        Boxes and bins that are already there as given are left alone.
+        """
+
+    def plan(self, request: PlaceRequest, ahead: Ahead | None = None) -> MotionPlan:
+        """Plan the whole motion; :class:`MotionError` when there is none. Nothing moves.
+
+        With ``ahead`` it starts where that motion ends, with its box in its bin.
+        """
+
+    def execute(self, plan: MotionPlan, hooks: MotionHooks, stop: threading.Event) -> MotionResult:
+        """Run ``plan``. When ``stop`` is set the arm comes to rest at once and stays still.
+
+        After a stop, or a fault with the box in the gripper, the box is brought back to the belt
+        by the next call of :meth:`return_to_belt`. Never raises for what the world does; the
+        result says it.
+        """
+
+    def return_to_belt(self) -> bool:
+        """Put a held box back at the pick point; ``True`` when there was one and it is there."""
+
+    def withdraw(self) -> bool:
+        """After a motion that ended early, with an empty gripper: back to where the arm waits.
+
+        ``True`` when it is there, also when it had nowhere to go back from.
+        """
+
+    def holds(self) -> str | None:
+        """Id of the box in the gripper."""
+
+    def tracking_error(self) -> float:
+        """Farthest that a joint has ever been from its path, as a share of what is allowed.
+
+        Safe from any thread.
+        """
+
+    def joint_positions(self) -> tuple[tuple[str, ...], tuple[float, ...]]:
+        """Joint names and positions, metres and radians; safe from any thread."""
+
+    def close(self) -> None:
+        """Give everything back."""

@@ -1,1 +1,0 @@
-"""Parts of the node: what it publishes, and messages to and from values."""

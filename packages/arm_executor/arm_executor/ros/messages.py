@@ -1,0 +1,100 @@
+"""Messages of the node's action and services, to and from the core's values (imports ROS)."""
+
+from __future__ import annotations
+
+from builtin_interfaces.msg import Time as TimeMsg
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+
+from arm_executor.arms.true_boxes import TrueBox
+from arm_executor.bins.book import BookState
+from arm_executor.goals.admission import CELL_FRAME, Goal
+from arm_executor.goals.outputs import Progress, Status
+from pack_msgs.action import PlaceBox
+from pack_msgs.msg import BoxScan
+from pack_msgs_py.cell_values import Decision, Pose
+from pack_msgs_py.codes import Mode
+from pack_msgs_py.ros import conversions
+from pack_msgs_py.values import Box
+
+_LEVELS = {
+    Mode.FAULT: DiagnosticStatus.ERROR,
+    Mode.PROTECTIVE_STOP: DiagnosticStatus.ERROR,
+    Mode.INACTIVE: DiagnosticStatus.WARN,
+}
+
+
+def goal_from_ros(msg: PlaceBox.Goal, goal_id: bytes) -> Goal:
+    """A goal of place_box as a value; ``ValueError`` says which field cannot be used."""
+    return Goal(
+        decision=conversions.decision_from_ros(msg.placement),
+        frame_id=msg.placement.header.frame_id,
+        pick=conversions.pose_from_ros('pick_pose', msg.pick_pose.pose),
+        pick_frame=msg.pick_pose.header.frame_id,
+        deadline_s=conversions.time_from_ros(msg.deadline),
+        goal_id=goal_id,
+    )
+
+
+def unusable_goal(msg: PlaceBox.Goal, goal_id: bytes) -> Goal:
+    """What can be named of a goal that cannot be used, for its report."""
+    placement = msg.placement
+    return Goal(
+        decision=Decision(
+            Box(placement.box.id, (0.0, 0.0, 0.0)),
+            placement.bin_id,
+            placement.bin_serial,
+            placement.bin_revision,
+        ),
+        frame_id='',
+        pick=Pose(),
+        pick_frame='',
+        deadline_s=conversions.time_from_ros(msg.deadline),
+        goal_id=goal_id,
+    )
+
+
+def candidate(decision: Decision, frame_id: str, pick: Pose) -> Goal:
+    """A candidate of check_placements as a goal without deadline."""
+    return Goal(decision, frame_id, pick, CELL_FRAME, 0.0)
+
+
+def true_boxes_from_ros(msg: BoxScan) -> list[TrueBox]:
+    """What the conveyor says of the boxes as they really are."""
+    scan, _ = conversions.scan_from_ros(msg)
+    return [TrueBox(item.box, item.pose) for item in scan.boxes]
+
+
+def feedback_to_ros(progress: Progress) -> PlaceBox.Feedback:
+    """Progress as feedback of place_box."""
+    return PlaceBox.Feedback(
+        phase=int(progress.phase),
+        fraction_complete=float(progress.fraction),
+        time_to_deadline=float(progress.left_s),
+    )
+
+
+def diagnostics_to_ros(
+    name: str, status: Status, bins: BookState, journal: str, stamp: TimeMsg
+) -> DiagnosticArray:
+    """Mode, last fault, journal and bins as one diagnostic status (REP 107)."""
+    values = {
+        'mode': status.mode.name,
+        'active_box': status.active_box,
+        'last_fault': status.last_fault or 'none',
+        'tracking_error': f'{status.tracking_error:.0%} of what is allowed',
+        'journal': journal,
+        'revision': str(bins.revision),
+        **{one.id: f'{len(one.boxes)} boxes, {one.fill_rate:.1%} full' for one in bins.bins},
+    }
+    msg = DiagnosticArray(
+        status=[
+            DiagnosticStatus(
+                level=_LEVELS.get(status.mode, DiagnosticStatus.OK),
+                name=name.lstrip('/'),
+                message=status.message or status.mode.name.lower(),
+                values=[KeyValue(key=key, value=value) for key, value in values.items()],
+            )
+        ]
+    )
+    msg.header.stamp = stamp
+    return msg

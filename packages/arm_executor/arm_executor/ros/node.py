@@ -1,0 +1,318 @@
+"""Node `arm_executor`: places boxes with the arm, and owns the truth of the bins.
+
+- action `place_box` (PlaceBox): one placement at a time; every goal is accepted by ROS and ends
+  with an error code, since a rejected ROS goal could not carry one
+- service `check_placements` (CheckPlacements): can the arm do these, and how long would it take
+- service `swap_bin` (SwapBin): close a bin, open an empty one
+- service `cut_off` (CutOff): close the bins of a destination
+- services `~/pause` (SetBool), `~/stop` and `~/reset` (Trigger)
+- publishes `bin_state`, `bin_closed`, `box_event`, `placement_report`, `executor_state` (10 Hz),
+  `/diagnostics` (1 Hz), and for viewers what :mod:`arm_executor.ros.views` lists
+- subscribes to `box_scan`, and for the simulated arms to `true_boxes` (BoxScan)
+"""
+
+from __future__ import annotations
+
+import queue
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.action.server import ServerGoalHandle
+from rclpy.node import Node
+from rclpy.task import Future
+
+from arm_executor.arms.choose import make_arm
+from arm_executor.arms.true_boxes import Truth
+from arm_executor.bins.book import STATIONS, BinBook
+from arm_executor.bins.journal import Journal, JournalError
+from arm_executor.bins.records import configuration
+from arm_executor.goals.admission import Refusal
+from arm_executor.goals.core import ExecutorCore
+from arm_executor.goals.outputs import (
+    BinClosed,
+    BinsChanged,
+    Failed,
+    Finished,
+    Happened,
+    Output,
+    Progress,
+    Replied,
+    Said,
+)
+from arm_executor.goals.settings import Parameters, destinations_from, settings_from
+from arm_executor.model.arm_interface import Arm
+from arm_executor.model.layout import Layout
+from arm_executor.reach.layout_file import layout_for
+from arm_executor.ros.messages import (
+    feedback_to_ros,
+    goal_from_ros,
+    true_boxes_from_ros,
+    unusable_goal,
+)
+from arm_executor.ros.publishers import Publishers
+from arm_executor.ros.services import Services
+from arm_executor.ros.views import Views
+from pack_msgs.action import PlaceBox
+from pack_msgs.msg import BoxScan
+from pack_msgs_py.cell_values import Report
+from pack_msgs_py.codes import ErrorCode, Mode
+from pack_msgs_py.ros import conversions, qos
+from pack_msgs_py.ros.parameters import declare_parameters
+from pack_msgs_py.ros.run_node import run_node
+from pack_msgs_py.values import parse_bin
+
+DIAGNOSTICS_PERIOD_S = 1.0
+#: The process must be gone 3 s after a signal; a motion that does not stop is left behind.
+STOP_TIMEOUT_S = 2.0
+#: How long the action server keeps results for a client that asks late. All of them are told on
+#: each change of one, which costs a busy client a lot.
+RESULT_TIMEOUT_S = 5
+
+ArmFactory = Callable[[Parameters, Layout], Arm]
+
+
+def arm_from(parameters: Parameters, layout: Layout, truth: Truth) -> Arm:
+    """The arm that the parameters ask for."""
+    return make_arm(
+        parameters.arm,
+        layout=layout,
+        speed=parameters.speed,
+        tolerance_mm=parameters.tolerance_mm,
+        angle_tolerance_deg=parameters.angle_tolerance_deg,
+        truth=truth,
+    )
+
+
+class ArmExecutor(Node):
+    """See the module's docstring for its interfaces.
+
+    Raises
+    ------
+    ValueError, JournalError
+        A parameter, or the journal in ``state_dir``, cannot be used.
+    """
+
+    def __init__(
+        self,
+        *,
+        arm_factory: ArmFactory | None = None,
+        **node_arguments: Any,  # noqa: ANN401 - handed on to rclpy
+    ) -> None:
+        super().__init__('arm_executor', **node_arguments)
+        self._outputs: queue.SimpleQueue[Output] = queue.SimpleQueue()
+        self._handles: dict[bytes, ServerGoalHandle] = {}
+        self._results: dict[bytes, Future] = {}
+        self._mode = Mode.INACTIVE
+        parameters = declare_parameters(self, Parameters)
+        spec = parse_bin(parameters.bin_type)
+        with_arm = parameters.arm == 'physics'
+        stations = STATIONS[: parameters.open_bins]
+        self._layout = layout_for(
+            parameters.layout, parameters.robot, dict.fromkeys(stations, spec), with_arm
+        )
+        settings = settings_from(parameters, self._layout)
+        self._journal = Journal(parameters.state_dir, configuration(spec, settings.profile))
+        destinations = destinations_from(parameters)
+        self._book = BinBook(self._journal, spec, parameters.open_bins, self._now_s, destinations)
+        # What is in the bins outlives a restart only where a world is rebuilt from it.
+        self._truth = Truth(parameters.state_dir if parameters.arm == 'physics' else '')
+        make = arm_factory or partial(arm_from, truth=self._truth)
+        self._core = ExecutorCore(
+            self._book,
+            settings,
+            lambda: make(parameters, self._layout),
+            self._emit,
+            wall=self._now_s,
+        )
+        self._publish = Publishers(self)
+        self._views = Views(self, self._layout, spec, self._core.joints, with_arm)
+        self._wake = self.create_guard_condition(self._drain)
+        self._make_interfaces()
+        self._core.start()
+
+    def _make_interfaces(self) -> None:
+        self.create_subscription(BoxScan, 'box_scan', self._on_scan, qos.TOPICS['box_scan'])
+        self.create_subscription(BoxScan, 'true_boxes', self._on_truth, qos.TOPICS['true_boxes'])
+        self._served = Services(self, self._core, self._book, self._layout, self._drain, self._beat)
+        self._action = ActionServer(
+            self,
+            PlaceBox,
+            'place_box',
+            self._finish,
+            handle_accepted_callback=self._start_goal,
+            cancel_callback=self._cancel,
+            result_timeout=RESULT_TIMEOUT_S,
+        )
+        self.create_timer(qos.HEARTBEAT_PERIOD_S, self._beat)
+        self.create_timer(DIAGNOSTICS_PERIOD_S, self._publish_diagnostics)
+
+    def _now_s(self) -> float:
+        return 1e-9 * float(self.get_clock().now().nanoseconds)
+
+    def stop_motion(self) -> bool:
+        """Leave the arm still; ``False`` when its thread could not be ended in time."""
+        ended = self._core.end(STOP_TIMEOUT_S)
+        if ended:
+            self._journal.close()
+        return ended
+
+    def destroy_node(self) -> None:
+        """Give everything back, the action server too: rclpy would leave it on the network."""
+        self._action.destroy()
+        super().destroy_node()
+
+    # -- goals ----------------------------------------------------------------------------------
+
+    def _start_goal(self, handle: ServerGoalHandle) -> None:
+        goal_id = bytes(handle.goal_id.uuid)
+        self._handles[goal_id] = handle
+        self._results[goal_id] = Future()
+        handle.execute()
+        try:
+            goal = goal_from_ros(handle.request, goal_id)
+        except ValueError as error:
+            goal = unusable_goal(handle.request, goal_id)
+            refusal = Refusal(ErrorCode.INVALID_GOAL, str(error))
+            self._emit(Finished(self._core.refusal_report(goal, refusal)))
+        else:
+            self._core.submit(goal)
+        self._drain()
+
+    def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
+        self._core.cancel(bytes(handle.goal_id.uuid))
+        return CancelResponse.ACCEPT
+
+    async def _finish(self, handle: ServerGoalHandle) -> PlaceBox.Result:
+        """Wait for the report of a goal and end it; its status is EXECUTING meanwhile.
+
+        A callback that blocked here would hold up the heartbeat and every request to cancel.
+        """
+        goal_id = bytes(handle.goal_id.uuid)
+        result: PlaceBox.Result = await self._results[goal_id]
+        del self._results[goal_id]
+        code = ErrorCode(result.error_code)
+        if code.box_is_in_bin:
+            handle.succeed()
+        elif code is ErrorCode.CANCELED and handle.is_cancel_requested:
+            handle.canceled()
+        else:
+            handle.abort()
+        return result
+
+    # -- belt -----------------------------------------------------------------------------------
+
+    def _on_scan(self, msg: BoxScan) -> None:
+        try:
+            scan, errors = conversions.scan_from_ros(msg)
+        except ValueError as error:
+            self.get_logger().warning(f'box_scan ignored: {error}', throttle_duration_sec=5.0)
+            return
+        for text in errors:
+            self.get_logger().warning(text, throttle_duration_sec=5.0)
+        self._core.on_scan(scan)
+        self._views.scan(scan)
+
+    def _on_truth(self, msg: BoxScan) -> None:
+        try:
+            self._truth.update(true_boxes_from_ros(msg))
+        except ValueError as error:
+            self.get_logger().warning(f'true_boxes ignored: {error}', throttle_duration_sec=5.0)
+
+    # -- what the core says ---------------------------------------------------------------------
+
+    def _emit(self, output: Output) -> None:
+        """From any thread: queue ``output`` and wake the executor, so that it goes out at once."""
+        self._outputs.put(output)
+        self._wake.trigger()
+
+    def _drain(self) -> None:
+        while True:
+            try:
+                output = self._outputs.get_nowait()
+            except queue.Empty:
+                break
+            self._tell(output)
+        if self._core.status().mode is not self._mode:
+            self._beat()
+
+    def _tell(self, output: Output) -> None:
+        match output:
+            case Happened():
+                self._publish.event(output)
+                self._views.happened(output.event)
+            case BinsChanged():
+                self._publish.bins(output)
+                self._views.bins(output.state)
+            case BinClosed():
+                self._publish.closed(output)
+            case Progress():
+                handle = self._handles.get(output.goal_id)
+                if handle is not None:
+                    handle.publish_feedback(feedback_to_ros(output))
+            case Finished():
+                self._end_goal(output.report)
+                self._served.goal_ended()
+            case Replied():
+                output.ticket.set_result(output.answer)
+            case Said():
+                self._log(output)
+            case Failed():
+                raise ExecutorFailed(output.text)
+
+    def _log(self, said: Said) -> None:
+        # One call per severity: rclpy remembers it per line and raises when it changes.
+        logger = self.get_logger()
+        if said.level == 'info':
+            logger.info(said.text)
+        elif said.level == 'warning':
+            logger.warning(said.text)
+        else:
+            logger.error(said.text)
+
+    def _end_goal(self, report: Report) -> None:
+        """Report, then result: rclpy goes on with :meth:`_finish` after this callback."""
+        if report.code is ErrorCode.NONE:
+            self.get_logger().info(
+                f'box {report.box_id!r} placed in {report.bin_id}: {report.motion_s:.2f} s motion, '
+                f'{report.slack_s:.2f} s to spare'
+            )
+        else:
+            self.get_logger().warning(f'{report.code.name}: {report.message}')
+        msg = self._publish.report(report)
+        del self._handles[report.goal_id]
+        self._results[report.goal_id].set_result(
+            PlaceBox.Result(error_code=msg.error_code, error_msg=msg.error_msg, report=msg)
+        )
+
+    # -- regularly ------------------------------------------------------------------------------
+
+    def _beat(self) -> None:
+        self._core.tick()
+        status = self._core.status()
+        self._mode = status.mode
+        self._publish.heartbeat(status)
+
+    def _publish_diagnostics(self) -> None:
+        self._publish.diagnostics(self._core.status(), self._book.state, self._journal.health)
+
+
+class ExecutorFailed(Exception):
+    """The executor could not start."""
+
+
+def main(args: list[str] | None = None) -> None:
+    """Run the node until SIGINT or SIGTERM; code 2 for bad parameters or journal, 1 for no arm."""
+    run_node(
+        'arm_executor',
+        ArmExecutor,
+        args=args,
+        cannot_start=(ValueError, JournalError),
+        failed=(ExecutorFailed,),
+        stop=ArmExecutor.stop_motion,
+    )
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,132 @@
+"""The services of the node."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.node import Node
+from rclpy.task import Future
+from std_srvs.srv import SetBool, Trigger
+
+from arm_executor.bins.book import BinBook, BookError
+from arm_executor.bins.cut_off import CutOffs
+from arm_executor.goals.admission import Goal
+from arm_executor.goals.core import ExecutorCore
+from arm_executor.model.layout import Layout, pick_pose
+from arm_executor.ros.messages import candidate
+from pack_msgs.msg import PlacementCheck
+from pack_msgs.srv import CheckPlacements, CutOff, SwapBin
+from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.ros import conversions
+
+
+class Services:
+    """Answers for ``core`` and ``book``; ``drain`` sends what it has said, ``beat`` its mode."""
+
+    def __init__(
+        self,
+        node: Node,
+        core: ExecutorCore,
+        book: BinBook,
+        layout: Layout,
+        drain: Callable[[], None],
+        beat: Callable[[], None],
+    ) -> None:
+        self._core = core
+        self._warn = node.get_logger().warning
+        self._layout = layout
+        self._drain = drain
+        self._beat = beat
+        self._cut_offs = CutOffs(lambda: book.state.bins, core.bin_in_use, core.swap)
+        node.create_service(SwapBin, 'swap_bin', self._swap_bin)
+        node.create_service(CutOff, 'cut_off', self._cut_off)
+        node.create_service(SetBool, '~/pause', self._pause)
+        node.create_service(Trigger, '~/stop', self._stop)
+        # These wait for the arm. In the node's own group, which lets one callback in at a time,
+        # they would hold up everything else meanwhile, the heartbeat too.
+        waiting = ReentrantCallbackGroup()
+        node.create_service(
+            CheckPlacements, 'check_placements', self._check, callback_group=waiting
+        )
+        node.create_service(Trigger, '~/reset', self._reset, callback_group=waiting)
+
+    async def _check(
+        self, request: CheckPlacements.Request, response: CheckPlacements.Response
+    ) -> CheckPlacements.Response:
+        asked: list[Goal | str] = [self._candidate(one) for one in request.candidates]
+        future = Future()
+        enough_s = request.enough if math.isfinite(request.enough) else 0.0
+        self._core.check(future, [one for one in asked if isinstance(one, Goal)], enough_s)
+        answers = iter(await future)
+        for one in asked:
+            if isinstance(one, Goal):
+                found = next(answers)
+                check = (int(found.code), found.message, found.motion_s)
+            else:
+                check = (int(ErrorCode.INVALID_GOAL), one, 0.0)
+            response.checks.append(
+                PlacementCheck(error_code=check[0], error_msg=check[1], motion_time=check[2])
+            )
+        return response
+
+    def _candidate(self, msg: Any) -> Goal | str:  # noqa: ANN401 - pack_msgs/Placement
+        """A candidate as goal at the pick point, or what is wrong with it."""
+        try:
+            decision = conversions.decision_from_ros(msg)
+        except ValueError as error:
+            return str(error)
+        pick = pick_pose(self._layout, decision.box.size_mm)
+        return candidate(decision, msg.header.frame_id, pick)
+
+    async def _reset(
+        self, request: Trigger.Request, response: Trigger.Response
+    ) -> Trigger.Response:
+        future = Future()
+        self._core.reset(future)
+        response.success, response.message = await future
+        return response
+
+    def _pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        self._core.pause(request.data)
+        response.success = True
+        response.message = 'paused' if request.data else 'active'
+        self._beat()
+        return response
+
+    def _stop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._core.protective_stop('stopped by the operator')
+        response.success, response.message = True, 'stopping; ~/reset to go on'
+        self._beat()
+        return response
+
+    def _swap_bin(self, request: SwapBin.Request, response: SwapBin.Response) -> SwapBin.Response:
+        try:
+            opened = self._core.swap(request.bin_id, request.bin_revision, request.destination)
+        except BookError as error:
+            response.message = str(error)
+            return response
+        response.success = True
+        response.new_bin_id, response.new_serial = opened.id, opened.serial
+        self._drain()
+        return response
+
+    def _cut_off(self, request: CutOff.Request, response: CutOff.Response) -> CutOff.Response:
+        try:
+            found = self._cut_offs.cut_off(request.destination, request.next_destination)
+        except BookError as error:
+            response.message = str(error)
+        else:
+            response.success, response.message = True, str(found)
+            response.closed, response.pending = list(found.closed), list(found.pending)
+        self._drain()
+        return response
+
+    def goal_ended(self) -> None:
+        """Bins that are to be closed may now be free."""
+        try:
+            self._cut_offs.goal_ended()
+        except BookError as error:
+            self._warn(f'a bin that was cut off is not closed yet: {error}')

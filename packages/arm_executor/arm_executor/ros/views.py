@@ -1,0 +1,151 @@
+"""What viewers need: joints, transforms, the robot's description, markers (imports ROS).
+
+- `joint_states` (sensor_msgs/JointState): 20 Hz while the arm moves, else once a second
+- `/tf` (tf2_msgs/TFMessage): the moving joints, together with `joint_states`
+- `/tf_static`: fixed parts of the arm, `belt` (head of the belt) and the frames of the bins
+- `robot_description` (std_msgs/String): the URDF
+- `~/markers` (visualization_msgs/MarkerArray): bins, belt, boxes; on change, at most 5 Hz
+
+Times are wall-clock: a fast simulation is shown as fast as it goes, and watching does not slow it.
+What costs is made only for subscribers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from geometry_msgs.msg import TransformStamped
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
+
+from arm_executor.bins.book import STATIONS, BookState
+from arm_executor.model.layout import Layout, bin_frame
+from arm_executor.model.parameters import find_arm
+from arm_executor.model.tree import ROOT, Joint, cell_joints
+from arm_executor.model.urdf import cell_urdf
+from arm_executor.ros.markers import Scene, markers
+from pack_msgs_py.cell_values import BoxEvent, Pose, Scan
+from pack_msgs_py.codes import BoxEventKind
+from pack_msgs_py.ros import qos
+from pack_msgs_py.values import BinSpec, frame_name
+
+JOINTS_PERIOD_S, MARKERS_PERIOD_S = 0.05, 0.2
+#: An arm at rest says where it is every so many periods.
+_AT_REST = 20
+
+Joints = tuple[tuple[str, ...], tuple[float, ...]]
+
+
+class Views:
+    """The publishers above, with their timers.
+
+    Parameters
+    ----------
+    node : whose publishers they are.
+    layout : where everything stands.
+    spec : kind of every bin.
+    joints : names and positions of the joints now; both empty for an arm without any.
+    with_arm : whether there is a robot to show.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        layout: Layout,
+        spec: BinSpec,
+        joints: Callable[[], Joints],
+        with_arm: bool,
+    ) -> None:
+        self._node, self._layout, self._joints = node, layout, joints
+        arm = find_arm(layout.robot)
+        self._tree = cell_joints(arm, layout) if with_arm else ()
+        self._last: Joints = ((), ())
+        self._rested = 0
+        self._scene = Scene(layout, self._tree)
+        self._changed = True
+        self._watchers = 0
+        self._states = node.create_publisher(JointState, 'joint_states', 10)
+        self._tf = node.create_publisher(TFMessage, '/tf', 100)
+        self._static = node.create_publisher(TFMessage, '/tf_static', qos.STATE)
+        self._description = node.create_publisher(String, 'robot_description', qos.STATE)
+        self._markers = node.create_publisher(MarkerArray, '~/markers', qos.STATE)
+        if with_arm:
+            self._description.publish(String(data=cell_urdf(arm, layout)))
+        self._static.publish(TFMessage(transforms=self._fixed(spec)))
+        node.create_timer(JOINTS_PERIOD_S, self._show_joints)
+        node.create_timer(MARKERS_PERIOD_S, self._show_markers)
+
+    # -- what happens in the cell ----------------------------------------------------------------
+
+    def bins(self, state: BookState) -> None:
+        """The bins are now like this."""
+        self._scene.bins = state
+        self._changed = True
+
+    def scan(self, scan: Scan) -> None:
+        """The belt is now like this."""
+        self._scene.scan = scan
+        self._changed = True
+
+    def happened(self, event: BoxEvent) -> None:
+        """A box went into the gripper, or out of it."""
+        if event.event is BoxEventKind.PICKED:
+            self._scene.pick(event.box_id, self._joints()[1])
+        elif self._scene.held is not None and self._scene.held.box.id == event.box_id:
+            self._scene.held = None
+        self._changed = True
+
+    # -- regularly -------------------------------------------------------------------------------
+
+    def _show_joints(self) -> None:
+        now = self._joints()
+        self._rested = 0 if now != self._last else self._rested + 1
+        if not now[0] or self._rested % _AT_REST:
+            return
+        self._last = now
+        stamp = self._node.get_clock().now().to_msg()
+        msg = JointState(name=list(now[0]), position=list(now[1]))
+        msg.header.stamp = stamp
+        self._states.publish(msg)
+        if self._tf.get_subscription_count():
+            moving = (joint for joint in self._tree if joint.index is not None)
+            found = [self._transform(joint, joint.transform(now[1]), stamp) for joint in moving]
+            self._tf.publish(TFMessage(transforms=found))
+
+    def _show_markers(self) -> None:
+        watchers = self._markers.get_subscription_count()
+        # A new watcher gets the kept message only if one was ever made.
+        wanted = watchers and (self._changed or watchers > self._watchers)
+        self._watchers = watchers
+        if wanted:
+            self._changed = False
+            self._markers.publish(markers(self._scene, self._node.get_clock().now().to_msg()))
+
+    # -- transforms ------------------------------------------------------------------------------
+
+    def _fixed(self, spec: BinSpec) -> list[TransformStamped]:
+        stamp = self._node.get_clock().now().to_msg()
+        belt = self._layout.conveyor
+        head = Joint('', ROOT, 'belt', (0.0, belt.front_y, belt.top_z))
+        found = [
+            self._transform(joint, joint.transform(()), stamp)
+            for joint in (*self._tree, head)
+            if joint.index is None
+        ]
+        for station in STATIONS:
+            frame = bin_frame(self._layout, station, spec)
+            pose = frame.to_cell(Pose())
+            found.append(self._transform(Joint('', ROOT, frame_name(station)), pose, stamp))
+        return found
+
+    @staticmethod
+    def _transform(joint: Joint, pose: Pose, stamp: object) -> TransformStamped:
+        msg = TransformStamped(child_frame_id=joint.child)
+        msg.header.frame_id, msg.header.stamp = joint.parent, stamp
+        shift, turn = msg.transform.translation, msg.transform.rotation
+        shift.x, shift.y, shift.z = pose.position
+        turn.x, turn.y, turn.z, turn.w = pose.quaternion
+        return msg

@@ -1,0 +1,1 @@
+"""The belt: where boxes are, how it moves, where it jams."""

@@ -1,0 +1,1 @@
+"""The durable ledger of the belt: every transition of every box, and its statistics."""

@@ -1,0 +1,301 @@
+"""The node `conveyor`.
+
+- publishes `box_scan` (pack_msgs/BoxScan): on each change, once a second, and at `rate` while the
+  belt moves
+- publishes and subscribes `box_event` (pack_msgs/BoxEvent): says REJECTED; follows PICKED, PLACED,
+  RETURNED, LOST
+- subscribes `placements` (pack_msgs/Placement): brings the box of the newest decision; diverts a
+  rejected one
+- subscribes `bin_state` (pack_msgs/BinStateArray) and `bin_closed` (pack_msgs/BinState): a box in
+  a bin is not on the belt
+- subscribes `executor_state` (pack_msgs/ExecutorState): brings the box that the arm waits for,
+  should its decision not have arrived
+- publishes `true_boxes` (pack_msgs/BoxScan): the boxes as they really are, each where it is once
+  it stands at the pick point; for simulated worlds alone
+- subscribes `placement_report` (pack_msgs/PlacementReport): the robot time that the arm has spent,
+  which is what arrivals wait for at speed 0; a box that it did not find is scanned again
+- publishes `/diagnostics` (diagnostic_msgs/DiagnosticArray), once a second
+- serves `~/pause` (std_srvs/SetBool): stops or resumes feeding and moving
+- serves `~/drain` (std_srvs/SetBool): stops or resumes feeding alone
+- serves `~/insert_box` (pack_msgs/InsertBox): lays a box on by hand
+- serves `~/remove_box` (pack_msgs/RemoveBox): takes a box away by hand
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from std_srvs.srv import SetBool
+
+from conveyor_sim.factory import make_conveyor, make_ledger, open_stream
+from conveyor_sim.ledger.ledger import LedgerError
+from conveyor_sim.outcome import Outcome
+from conveyor_sim.parameters import ConveyorParameters
+from conveyor_sim.ros.diagnostics import diagnostics_to_ros
+from pack_msgs.msg import (
+    BinState,
+    BinStateArray,
+    BoxEvent,
+    BoxScan,
+    ExecutorState,
+    Placement,
+    PlacementReport,
+)
+from pack_msgs.srv import InsertBox, RemoveBox
+from pack_msgs_py.cell_values import Scan, ScannedBox
+from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.parameters import check_value, parameter_fields
+from pack_msgs_py.ros.conversions import (
+    box_from_ros,
+    decision_from_ros,
+    event_from_ros,
+    event_to_ros,
+    scan_to_ros,
+    time_from_ros,
+)
+from pack_msgs_py.ros.parameters import declare_parameters
+from pack_msgs_py.ros.qos import TOPICS
+from pack_msgs_py.ros.run_node import run_node
+
+IDLE_PERIOD_S = 1.0
+DIAGNOSTICS_PERIOD_S = 1.0
+#: A timer cannot be shorter; also keeps a scan from being sent just before an arrival.
+MIN_PERIOD_S = 0.001
+THROTTLE_S = 5.0
+
+
+class ConveyorNode(Node):
+    """Turns messages into calls of :class:`Conveyor`, and its answers into messages.
+
+    Raises
+    ------
+    ValueError
+        A parameter is wrong, or the box file cannot be used.
+    LedgerError
+        The ledger cannot be used.
+    """
+
+    def __init__(self, **kwargs) -> None:  # type: ignore[no-untyped-def]
+        super().__init__('conveyor', **kwargs)
+        try:
+            self._begin()
+        except BaseException:
+            self.destroy_node()
+            raise
+
+    def destroy_node(self) -> None:
+        """Close the ledger, then the node."""
+        ledger = getattr(self, '_ledger', None)
+        if ledger is not None:
+            ledger.close()
+        super().destroy_node()
+
+    def _begin(self) -> None:
+        self._params = params = declare_parameters(self, ConveyorParameters)
+        stream = open_stream(params)
+        self._ledger = make_ledger(params, stream)
+        self._conveyor = make_conveyor(params, stream, self._ledger)
+        self._ended = False
+
+        self._scans = self.create_publisher(BoxScan, 'box_scan', TOPICS['box_scan'])
+        self._true_boxes: tuple[ScannedBox, ...] | None = None
+        self._truth = self.create_publisher(BoxScan, 'true_boxes', TOPICS['true_boxes'])
+        self._events = self.create_publisher(BoxEvent, 'box_event', TOPICS['box_event'])
+        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._timer = self.create_timer(IDLE_PERIOD_S, self._on_timer)
+        self.create_timer(DIAGNOSTICS_PERIOD_S, self._publish_diagnostics)
+        self.get_logger().info(
+            f'supplies {stream.description}, belt with {self._conveyor.geometry}, '
+            f'ledger {"in memory" if not params.state_dir else self._ledger.path}'
+        )
+
+        # In this order when several have come: a decision rests on what happened before.
+        for kind, topic, callback in (
+            (BoxEvent, 'box_event', self._on_event),
+            (BinStateArray, 'bin_state', self._on_bins),
+            (BinState, 'bin_closed', self._on_bin_closed),
+            (PlacementReport, 'placement_report', self._on_report),
+            (Placement, 'placements', self._on_placement),
+        ):
+            self.create_subscription(kind, topic, callback, TOPICS[topic])
+        self.create_subscription(ExecutorState, 'executor_state', self._on_executor_state, 1)
+        self.create_service(SetBool, '~/pause', self._on_pause)
+        self.create_service(SetBool, '~/drain', self._on_drain)
+        self.create_service(InsertBox, '~/insert_box', self._on_insert)
+        self.create_service(RemoveBox, '~/remove_box', self._on_remove)
+        self.add_on_set_parameters_callback(self._check_parameters)
+        self.add_post_set_parameters_callback(self._use_parameters)
+        self._tell(self._conveyor.start(*self._now()))
+
+    def _now(self) -> tuple[float, float]:
+        """Steady seconds for motion, and seconds since the epoch for stamps."""
+        return time.monotonic(), self.get_clock().now().nanoseconds * 1e-9
+
+    def _tell(self, outcome: Outcome, topic: str = '') -> None:
+        for text in outcome.complaints:
+            self._complain(topic, text)
+        for note in outcome.notes:
+            self.get_logger().info(note)
+        for event in outcome.events:
+            self.get_logger().warning(f'rejected {event.box_id}: {event.text}')
+        for event in (*outcome.repeated, *outcome.events):
+            self._events.publish(event_to_ros(event))
+        if outcome.changed:
+            self._publish_scan()
+
+    def _on_timer(self) -> None:
+        outcome = self._conveyor.tick(*self._now())
+        self._tell(replace(outcome, changed=True))
+
+    def _publish_scan(self) -> None:
+        now_s, stamp_s = self._now()
+        self._publish_truth(now_s, stamp_s)
+        self._scans.publish(scan_to_ros(self._conveyor.scan(now_s, stamp_s)))
+        period = 1.0 / self._params.rate if self._conveyor.moves(now_s) else IDLE_PERIOD_S
+        change_s = self._conveyor.next_change_s(now_s)
+        if change_s is not None:
+            period = max(MIN_PERIOD_S, min(period, change_s - now_s))
+        self._timer.timer_period_ns = round(1e9 * period)
+        self._timer.reset()
+        if self._conveyor.ended and not self._ended:
+            self.get_logger().info(f'the stream has ended: {self._conveyor.supplied} boxes')
+        self._ended = self._conveyor.ended
+
+    def _publish_truth(self, now_s: float, stamp_s: float) -> None:
+        """Before the scan that shows them, so that no world meets a box that it does not know."""
+        boxes = self._conveyor.true_boxes(now_s)
+        if boxes != self._true_boxes:
+            self._true_boxes = boxes
+            self._truth.publish(scan_to_ros(Scan(0, stamp_s, boxes)))
+
+    def _on_placement(self, msg: Placement) -> None:
+        try:
+            decision = decision_from_ros(msg)
+        except ValueError as error:
+            self._complain('placements', str(error))
+            return
+        self._tell(self._conveyor.on_decision(decision, *self._now()), 'placements')
+
+    def _on_event(self, msg: BoxEvent) -> None:
+        try:
+            event = event_from_ros(msg)
+        except ValueError as error:
+            self._complain('box_event', str(error))
+            return
+        self._tell(self._conveyor.on_event(event, *self._now()), 'box_event')
+
+    def _on_executor_state(self, msg: ExecutorState) -> None:
+        executing = msg.mode == ExecutorState.MODE_EXECUTING
+        box_id = msg.active_box_id if executing else ''
+        self._tell(self._conveyor.on_handled(box_id, *self._now()))
+
+    def _on_report(self, msg: PlacementReport) -> None:
+        if msg.error_code == ErrorCode.GRASP_FAILED:
+            text = f'the arm found no box: {msg.error_msg}'
+            ended_s = time_from_ros(msg.header.stamp)
+            self._tell(self._conveyor.on_empty_grasp(msg.box_id, text, ended_s, *self._now()))
+        spent_s = msg.cycle_time + msg.wait_time
+        if math.isfinite(spent_s) and spent_s > 0.0:
+            self._tell(self._conveyor.on_robot_time(spent_s, *self._now()))
+
+    def _on_bins(self, msg: BinStateArray) -> None:
+        self._on_content('bin_state', msg.bins, time_from_ros(msg.header.stamp))
+
+    def _on_bin_closed(self, msg: BinState) -> None:
+        self._on_content('bin_closed', [msg], time_from_ros(msg.header.stamp))
+
+    def _on_content(self, topic: str, bins: Iterable[BinState], content_stamp_s: float) -> None:
+        box_ids = [placed.box.id for one in bins for placed in one.boxes]
+        if '' in box_ids:
+            self._complain(topic, 'a box in a bin has an empty id')
+        named = [one for one in box_ids if one]
+        self._tell(self._conveyor.on_content(named, content_stamp_s, *self._now()), topic)
+
+    def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        self._tell(self._conveyor.pause(request.data, *self._now()))
+        response.success = True
+        response.message = self._conveyor.condition
+        return response
+
+    def _on_drain(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        self._tell(self._conveyor.drain(request.data, *self._now()))
+        response.success = True
+        response.message = self._conveyor.condition
+        return response
+
+    def _on_insert(
+        self, request: InsertBox.Request, response: InsertBox.Response
+    ) -> InsertBox.Response:
+        return self._by_hand(
+            response, lambda: self._conveyor.insert_box(box_from_ros(request.box), *self._now())
+        )
+
+    def _on_remove(
+        self, request: RemoveBox.Request, response: RemoveBox.Response
+    ) -> RemoveBox.Response:
+        return self._by_hand(
+            response, lambda: self._conveyor.remove_box(request.box_id, *self._now())
+        )
+
+    def _by_hand(self, response: Any, do: Callable[[], Outcome]) -> Any:  # noqa: ANN401 - either
+        """Do what the operator asks for; the response says why not."""
+        try:
+            outcome = do()
+        except ValueError as error:
+            response.message = str(error)
+            return response
+        response.success = True
+        self._tell(outcome)
+        return response
+
+    def _publish_diagnostics(self) -> None:
+        name, stamp = self.get_fully_qualified_name(), self.get_clock().now().to_msg()
+        self._diagnostics.publish(diagnostics_to_ros(name, self._conveyor, stamp))
+
+    def _complain(self, topic: str, why: str) -> None:
+        self.get_logger().warning(f'ignored on {topic}: {why}', throttle_duration_sec=THROTTLE_S)
+
+    def _check_parameters(self, changes: list[Parameter]) -> SetParametersResult:
+        specs = {one.name: one for one in parameter_fields(ConveyorParameters)}
+        try:
+            for change in changes:
+                if change.name in specs:
+                    check_value(specs[change.name], change.value)
+        except ValueError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _use_parameters(self, changes: list[Parameter]) -> None:
+        known = {one.name for one in parameter_fields(ConveyorParameters)}
+        values = {one.name: one.value for one in changes if one.name in known}
+        self._params = params = replace(self._params, **values)
+        self._conveyor.tune(
+            self._now()[0],
+            belt_speed=float(params.belt_speed),
+            speed=float(params.speed),
+            max_laps=params.max_laps,
+        )
+        self._publish_scan()
+
+
+def main(args: list[str] | None = None) -> None:
+    """Run the node until it is told to end; exit code 2 when it cannot start as asked."""
+    run_node(
+        'conveyor',
+        ConveyorNode,
+        args=args,
+        cannot_start=(ValueError, LedgerError),
+        failed=(LedgerError,),
+    )
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,1 @@
+"""What the scanner sees: measurement, inspection, faults."""

@@ -1,0 +1,205 @@
+"""Options of ``cell bench``: names, defaults, ranges and texts."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from conveyor_sim.streams import SYNTAX
+from pack_msgs_py.orientation import ORIENTATION_RULES
+from pack_msgs_py.profiles import PROFILES
+
+MAX_BUDGET_S = 86_400.0
+MAX_DESTINATIONS = 100
+
+_EXAMPLES = """examples:
+  cell bench --algorithms first_fit,mpack_lite --bins SYN --look-ahead 1-5 --html report.html
+  cell bench --boxes my_boxes.csv --bins LDC,PAL --plan plans.jsonl
+  cell bench --paper --jobs 4 --json paper.json
+"""
+
+
+def add_bench(verbs: Any) -> None:  # noqa: ANN401 - argparse names no type for it
+    """Add the verb ``bench`` to the sub-parsers ``verbs``."""
+    parser = verbs.add_parser(
+        'bench',
+        help='compare the packing algorithms without robot or ROS',
+        description='Pack collections of boxes with several algorithms and compare fill and\n'
+        'planning time. Exit code 0: done; 2: wrong option or file; 130: interrupted.',
+        epilog=_EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    _add_questions(parser)
+    _add_answers(parser)
+
+
+def _add_questions(parser: argparse.ArgumentParser) -> None:
+    what = parser.add_argument_group('what to compare (lists: commas or spaces)')
+    what.add_argument(
+        '--algorithms', nargs='+', metavar='NAME',
+        help="names, or 'all' (default first_fit o_first_fit mpack_lite)",
+    )  # fmt: skip
+    what.add_argument(
+        '--bins', nargs='+', metavar='KIND',
+        help='LDC RC PAL EQ SYN or LxBxH in centimetres (default SYN)',
+    )  # fmt: skip
+    what.add_argument(
+        '--look-ahead', nargs='+', metavar='N', help='1 to 6, or a range such as 1-5 (default 5)'
+    )
+    what.add_argument(
+        '--paper', action='store_true',
+        help="the paper's protocol: its algorithms, bins, look-aheads 1-5, 30 SYN and 25 other "
+        'collections, all six orientations, three open bins; prints its Table I with ours beside',
+    )  # fmt: skip
+    boxes = parser.add_argument_group('boxes')
+    boxes.add_argument(
+        '--boxes', metavar='BOXES',
+        help=f'{SYNTAX}; packed in order, with --collections drawn until four bins are filled. '
+        'Default: SYN is cut from ten bins, other bins get boxes drawn from the built-in cartons',
+    )  # fmt: skip
+    boxes.add_argument(
+        '--shuffle', type=_whole(0, 2**31 - 1), metavar='SEED',
+        help='pack all boxes of the file in an order shuffled with this seed, one order for '
+        'each of --collections',
+    )  # fmt: skip
+    boxes.add_argument(
+        '--collections', type=_whole(1, 100_000), metavar='N',
+        help='collections per bin (default 30 for SYN, 25 for others, 1 for --boxes)',
+    )  # fmt: skip
+    boxes.add_argument(
+        '--boxes-per-bin', type=_whole(2, 100), default=23, metavar='N',
+        help='boxes into which a SYN bin is cut (default 23)',
+    )  # fmt: skip
+    boxes.add_argument(
+        '--seed', type=_whole(0, 2**31 - 1), default=1, metavar='N', help='default 1'
+    )
+    rules = parser.add_argument_group('rules')
+    rules.add_argument(
+        '--profile', choices=tuple(PROFILES), default='paper', help='packing rules (default paper)'
+    )
+    rules.add_argument(
+        '--orientations', choices=tuple(ORIENTATION_RULES),
+        help="orientation rule instead of the profile's own; with profile paper the default is "
+        "any, as in the paper's experiments",
+    )  # fmt: skip
+    rules.add_argument(
+        '--open-bins', type=_whole(1, 3), default=3, metavar='N', help='1 to 3 (default 3)'
+    )
+    rules.add_argument(
+        '--destinations', type=_whole(1, MAX_DESTINATIONS), metavar='N',
+        help='give each box one of N destinations and each bin one that it takes boxes for '
+        '(bin k the destination k mod N; with more destinations than bins, closing a bin makes '
+        'room for another one). Default: any box goes into any bin',
+    )  # fmt: skip
+    rules.add_argument(
+        '--weights', default='1,1,100', metavar='W1,W2,W3',
+        help='of x + y, of z + dz and of the bin in eq. (1) of the paper (default 1,1,100); for '
+        "single kinds of bins as in '1,1,100 RC:2,1,100'",
+    )  # fmt: skip
+    rules.add_argument(
+        '--budget', type=_seconds, metavar='S',
+        help='seconds a decision may take (default 5); a search that time cuts short may end '
+        'elsewhere in the next run',
+    )  # fmt: skip
+    rules.add_argument(
+        '--budget-nodes', type=_whole(1, 10**12), metavar='N',
+        help='search nodes a decision may take: the same result on every machine and in every '
+        'run (no limit of time then, unless --budget is given too)',
+    )  # fmt: skip
+    _add_options(parser)
+
+
+def _add_options(parser: argparse.ArgumentParser) -> None:
+    """Those of :class:`pack_planner.decision.options.Options`; the defaults are the paper's."""
+    how = parser.add_argument_group('options of the algorithms')
+    how.add_argument(
+        '--backend', nargs='+', metavar='NAME',
+        help='who minimises for mpack and mpack_lite: search (our own, default), cp_sat or milp '
+        '(solvers of OR-Tools); several are compared',
+    )  # fmt: skip
+    how.add_argument(
+        '--cep', nargs='*', choices=('on', 'off', 'paper'), metavar='CHOICE',
+        help="the paper's constraints for efficient packing, by which each box touches a wall or a "
+        'box along x and along y (mpack, mpack_lite): on, off (default), paper (as there and with '
+        '--paper: on for mpack, off for mpack_lite); several are compared; alone it means on',
+    )  # fmt: skip
+    how.add_argument(
+        '--sort', default='volume', metavar='RULE',
+        help='order of virtual packing: volume (default), area, height, arrival',
+    )  # fmt: skip
+    how.add_argument(
+        '--selection', default='auto', metavar='RULE',
+        help='which box is placed: least_increase, least_growth, large_when_empty, largest, '
+        'nearest, or auto (default: least_growth for mpack, else least_increase)',
+    )  # fmt: skip
+    how.add_argument(
+        '--large-until', type=float, default=0.5, metavar='FILL',
+        help='fill rate, 0 to 1, from which large_when_empty takes small boxes (default 0.5)',
+    )  # fmt: skip
+    how.add_argument(
+        '--closing', default='fullest', metavar='RULE',
+        help='which bin is closed when nothing fits: fullest (default), oldest, least_useful',
+    )  # fmt: skip
+    how.add_argument(
+        '--max-passed-over', type=_whole(0, 1_000_000), default=0, metavar='N',
+        help='a box passed over so often must be next; 0 (default): no limit',
+    )  # fmt: skip
+
+
+def _add_answers(parser: argparse.ArgumentParser) -> None:
+    where = parser.add_argument_group('where to run')
+    where.add_argument(
+        '--jobs', type=_whole(1, 1024), default=1, metavar='N',
+        help='processes (default 1, which measures times best)',
+    )  # fmt: skip
+    where.add_argument(
+        '--cluster', metavar='tcp://HOST:PORT',
+        help='a running Dask scheduler instead; needs dask and distributed',
+    )  # fmt: skip
+    where.add_argument(
+        '--clock', choices=('wall', 'cpu'), default='wall',
+        help='wall (default), or cpu on a busy machine: computing time of the deciding thread',
+    )  # fmt: skip
+    output = parser.add_argument_group('output')
+    output.add_argument(
+        '--json', type=Path, metavar='OUT',
+        help='records; if the file exists, what is finished in it is kept and not run again',
+    )  # fmt: skip
+    output.add_argument(
+        '--plan', type=Path, metavar='PLANS.jsonl', help='every placement and closed bin, a line'
+    )
+    output.add_argument('--html', type=Path, metavar='REPORT.html', help='one page with all of it')
+    output.add_argument(
+        '--figure', type=Path, metavar='FILE', help='the figure alone: .svg, .png or .pdf'
+    )
+    output.add_argument('--markdown', action='store_true', help='print tables in Markdown instead')
+
+
+def _whole(low: int, high: int) -> Callable[[str], int]:
+    def parse(text: str) -> int:
+        try:
+            value = int(text)
+        except ValueError:
+            msg = f'{text!r} is not a whole number'
+            raise argparse.ArgumentTypeError(msg) from None
+        if not low <= value <= high:
+            msg = f'{text} is out of range: it must be {low} to {high}'
+            raise argparse.ArgumentTypeError(msg)
+        return value
+
+    return parse
+
+
+def _seconds(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        msg = f'{text!r} is not a number of seconds'
+        raise argparse.ArgumentTypeError(msg) from None
+    if not math.isfinite(value) or not 0 < value <= MAX_BUDGET_S:
+        msg = f'{text} is out of range: it must be above 0 and at most 86400 s'
+        raise argparse.ArgumentTypeError(msg)
+    return value

@@ -1,0 +1,103 @@
+"""From packed collections to one record."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import asdict
+
+from pack_cell.bench.paper import paper_figures
+from pack_cell.bench.values import Case, JsonObject, Packed, Settings
+from pack_msgs_py.metrics import time_summary
+from pack_planner.algorithms import WITH_BACKENDS
+
+#: 97.5 % quantiles of Student's t distribution for 1 to 30 degrees of freedom.
+_T975 = (
+    12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228,
+    2.201, 2.179, 2.160, 2.145, 2.131, 2.120, 2.110, 2.101, 2.093, 2.086,
+    2.080, 2.074, 2.069, 2.064, 2.060, 2.056, 2.052, 2.048, 2.045, 2.042,
+)  # fmt: skip
+_Z975 = 1.959964
+
+#: Keys of a record that say what it is about; the others say what came of it.
+IDENTITY = (
+    'algorithm', 'backend', 'bin', 'look_ahead', 'profile', 'boxes_source', 'collections',
+    'settings',
+)  # fmt: skip
+
+
+def t975(degrees: int) -> float:
+    """97.5 % quantile of Student's t; Cornish-Fisher expansion above 30 degrees of freedom."""
+    if degrees <= len(_T975):
+        return _T975[degrees - 1]
+    return _Z975 + (_Z975**3 + _Z975) / (4 * degrees)
+
+
+def ci95(values: Sequence[float]) -> float | None:
+    """Half width of the 95 % confidence interval of the mean; ``None`` below two values."""
+    if len(values) < 2:
+        return None
+    mean = sum(values) / len(values)
+    variance = sum((value - mean) ** 2 for value in values) / (len(values) - 1)
+    return t975(len(values) - 1) * math.sqrt(variance / len(values))
+
+
+def record(case: Case, settings: Settings, packed: Sequence[Packed]) -> JsonObject:
+    """The record of a case. Fills are means over collections, in percent."""
+    places = [event for one in packed for event in one.events if event['event'] == 'place']
+    seconds = [event['seconds'] for one in packed for event in one.events]
+    fills = {name: _known(packed, name) for name in packed[0].fills}
+    # where nothing is proven there is no gap to average; JSON has no infinity either
+    gaps = [gap for one in packed for gap in one.gaps if math.isfinite(gap)]
+    return {
+        **identity(case, settings),
+        'boxes': sum(one.boxes for one in packed),
+        'placed': len(places),
+        'unplaced': [dict(entry) for one in packed for entry in one.unplaced],
+        'closed_bins': sum(one.closed_bins for one in packed),
+        **{name: _mean(values) for name, values in fills.items()},
+        'fill_closed_ci95': ci95(fills['fill_closed']),
+        'decision_s': time_summary(seconds),
+        'statuses': dict(sorted(Counter(event['status'] for event in places).items())),
+        'gap': {'mean': _mean(gaps), 'max': max(gaps, default=None)},
+        'paper': paper_figures(case, settings),
+    }
+
+
+def identity(case: Case, settings: Settings) -> JsonObject:
+    """What a record is about: equal for the same question, whoever asks it."""
+    source, profile = case.source, settings.profile
+    return {
+        'algorithm': case.algorithm,
+        'backend': case.backend if case.algorithm in WITH_BACKENDS else None,
+        'bin': case.bin_spec.name,
+        'look_ahead': case.look_ahead,
+        'profile': profile.name,
+        'boxes_source': source.name,
+        'collections': case.collections,
+        'settings': {
+            'bin_size_mm': list(case.bin_spec.size_mm),
+            'orientations': profile.orientations,
+            'open_bins': settings.open_bins,
+            'destinations': settings.destinations,
+            'weights': list(asdict(settings.weights.of(case.bin_spec)).values()),
+            **asdict(settings.options),
+            'cep': case.cep,
+            'budget_s': settings.budget_s,
+            'node_limit': settings.node_limit,
+            'clock': 'cpu' if settings.cpu_clock else 'wall',
+            'seed': settings.seed,
+            'boxes_per_bin': None if source.boxes else settings.boxes_per_bin,
+            'shuffle': source.shuffle,
+            'boxes_digest': source.digest,
+        },
+    }
+
+
+def _known(packed: Sequence[Packed], name: str) -> list[float]:
+    return [value for one in packed if (value := one.fills[name]) is not None]
+
+
+def _mean(values: Sequence[float]) -> float | None:
+    return sum(values) / len(values) if values else None

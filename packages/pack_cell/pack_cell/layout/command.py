@@ -1,0 +1,183 @@
+"""``cell layout``: print the layout of the cell, judge it, draw it."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import yaml
+
+from arm_executor.model.arm_interface import MotionError
+from arm_executor.model.layout import STATIONS, Layout, LayoutError, check_layout
+from arm_executor.model.parameters import ARMS
+from arm_executor.reach.layout_file import find_layout
+from arm_executor.reach.reach import LEAST_REACH, check_reach
+from pack_cell.options import bin_kind, number
+from pack_msgs_py.values import BIN_TYPES, BinSpec, parse_bin
+
+if TYPE_CHECKING:
+    from arm_executor.reach.reach_motion import StationReach
+
+EXIT_OK, EXIT_UNFIT = 0, 1
+PICTURES = ('.png', '.svg', '.pdf')
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What came out for one kind of bin; ``refusal`` is empty when it can be packed."""
+
+    spec: BinSpec
+    stations: tuple[StationReach, ...] = ()
+    refusal: str = ''
+
+
+def add_layout(verbs: Any) -> None:  # noqa: ANN401 - argparse does not name its subparsers
+    """Add ``cell layout`` to the command line."""
+    parser = verbs.add_parser(
+        'layout',
+        help='print, check and draw the layout of the cell',
+        description='Without options: print the layout as YAML, a start for a file of your own. '
+        'With --check: what the robot reaches of each bin, without collision and in time, as a '
+        'table. Exit code 0: the layout can be packed; 1: it cannot, and why; 2: wrong option.',
+    )
+    parser.add_argument('--check', action='store_true', help='judge the layout')
+    parser.add_argument(
+        '--layout', default='', metavar='FILE', help='YAML file; default: the built-in layout'
+    )
+    parser.add_argument(
+        '--robot', choices=tuple(ARMS), default='', help="robot instead of the layout's own"
+    )
+    parser.add_argument(
+        '--bin',
+        type=bin_kind,
+        action='append',
+        dest='bins',
+        metavar='KIND',
+        help='kind of bin to judge, may be given again; default: LDC, RC, PAL, EQ and SYN',
+    )
+    parser.add_argument(
+        '--samples',
+        type=number(0, 10_000, 'it must be 0 to 10000', whole=True),
+        default=12,
+        metavar='N',
+        help='placements of each bin to plan as whole motions (default 12)',
+    )
+    parser.add_argument(
+        '--deadline',
+        type=number(0, 3600, 'it must be above 0 and at most 3600 s', whole=False, above=True),
+        default=5.5,
+        dest='deadline_s',
+        metavar='S',
+        help='seconds a placement may take (default 5.5)',
+    )
+    parser.add_argument(
+        '--least',
+        type=number(0, 100, 'it must be 0 to 100', whole=False),
+        default=100 * LEAST_REACH,
+        metavar='PERCENT',
+        help='share of each bin that must be in reach without collision (default 50)',
+    )
+    parser.add_argument(
+        '--png',
+        type=_picture,
+        metavar='FILE',
+        help='draw the cell from above with a map of its reach; .png, .svg or .pdf (with --check)',
+    )
+
+
+def _picture(text: str) -> Path:
+    path = Path(text)
+    if path.suffix.lower() not in PICTURES:
+        msg = f'{text!r} must end in {", ".join(PICTURES)}'
+        raise argparse.ArgumentTypeError(msg)
+    return path
+
+
+def run_layout(options: argparse.Namespace) -> int:
+    """Do what ``options`` say; return the exit code."""
+    try:
+        layout = find_layout(options.layout, options.robot)
+        check_layout(layout, {})
+    except LayoutError as error:
+        print(f'cell layout: {error}', file=sys.stderr)
+        return EXIT_UNFIT
+    if not options.check:
+        print(yaml.safe_dump(asdict(layout), sort_keys=False), end='')
+        return EXIT_OK
+    specs = options.bins or [parse_bin(kind) for kind in BIN_TYPES]
+    verdicts = [judge(layout, spec, options.samples, options.least / 100) for spec in specs]
+    print_table(layout, verdicts, options.deadline_s)
+    if options.png:
+        from pack_cell.layout.picture import draw
+
+        options.png.parent.mkdir(parents=True, exist_ok=True)
+        draw(options.png, layout, verdicts, options.deadline_s)
+        print(f'picture: {options.png}')
+    return EXIT_UNFIT if any(one.refusal for one in verdicts) else EXIT_OK
+
+
+def judge(layout: Layout, spec: BinSpec, samples: int, least: float) -> Verdict:
+    """What ``layout`` can do with bins of kind ``spec`` at all stations."""
+    from arm_executor.reach.reach_motion import ReachCheck
+
+    bins = dict.fromkeys(STATIONS, spec)
+    try:
+        check_layout(layout, bins)
+        check_reach(layout, bins, least)
+    except LayoutError as error:
+        return Verdict(spec, refusal=str(error))
+    check = ReachCheck(layout, bins)
+    try:
+        stations = tuple(check.station(station, samples) for station in STATIONS)
+    except MotionError as error:
+        return Verdict(spec, refusal=f'layout: {error}')
+    finally:
+        check.close()
+    refusals = [
+        f'layout: {one.share:.0%} of bin {one.station} ({spec.name}) are in reach without '
+        f'collision, at least {least:.0%} are needed'
+        for one in stations
+        if one.share < least
+    ]
+    return Verdict(spec, stations, '; '.join(refusals))
+
+
+def print_table(layout: Layout, verdicts: Sequence[Verdict], deadline_s: float) -> None:
+    """The verdicts as a table, and every refusal as a line below it."""
+    rows: list[tuple[str, ...]] = [
+        ('bin', 'station', 'places', 'free', f'in {deadline_s:g} s', 'median', 'in the way')
+    ]
+    for verdict in verdicts:
+        if not verdict.stations:
+            rows.append((verdict.spec.name, '', '', '', '', '', 'refused, see below'))
+        rows += [_row(one, deadline_s) for one in verdict.stations]
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    print(f'{layout.robot}: share of an empty bin that the arm reaches with a box in its gripper')
+    for row in rows:
+        cells = [cell.ljust(width) for cell, width in zip(row, widths, strict=True)]
+        print('  '.join(cells).rstrip())
+    for verdict in verdicts:
+        if verdict.refusal:
+            print(f'refused: {verdict.refusal}')
+
+
+def _row(one: StationReach, deadline_s: float) -> tuple[str, ...]:
+    worst = sorted(one.blocked_by.items(), key=lambda item: -item[1])[:2]
+    return (
+        one.spec.name,
+        one.station,
+        str(len(one.places)),
+        f'{one.share:.0%}',
+        _share(one.within(deadline_s)),
+        f'{one.median_s:.1f} s' if math.isfinite(one.median_s) else '-',
+        ', '.join(f'{what} ({count})' for what, count in worst),
+    )
+
+
+def _share(value: float) -> str:
+    return '-' if math.isnan(value) else f'{value:.0%}'

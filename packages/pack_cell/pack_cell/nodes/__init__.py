@@ -1,1 +1,0 @@
-"""The only modules of pack_cell that import ROS."""

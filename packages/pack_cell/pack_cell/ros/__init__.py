@@ -1,0 +1,1 @@
+"""The recorder: the only room of this package that imports ROS."""

@@ -1,0 +1,149 @@
+"""Node `recorder`: listens to every topic of the cell and feeds a :class:`RunRecord`.
+
+Subscribes
+    box_scan, true_boxes, placements, placement_report, box_event, bin_state, bin_closed
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from copy import copy
+from typing import Any
+
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+from pack_cell.report.record import RunRecord
+from pack_msgs.msg import BinState, BinStateArray, BoxEvent, BoxScan, Placement, PlacementReport
+from pack_msgs_py.ros import conversions, qos
+from pack_msgs_py.ros.run_node import run_node
+
+#: Events that wait to be handled: on a busy machine the cell runs ahead of this process.
+_BACKLOG = 10_000
+#: Called with the kind of change ('decision', 'report', 'event', 'closed') and the new value.
+Listener = Callable[[str, Any], None]
+
+
+class Recorder(Node):
+    """Turns messages into values and hands them to a record."""
+
+    def __init__(
+        self,
+        record: RunRecord | None = None,
+        listener: Listener | None = None,
+        context: Context | None = None,
+    ) -> None:
+        super().__init__('recorder', context=context)
+        self.record = record or RunRecord()
+        self.problems: list[str] = []
+        self._listener = listener or (lambda kind, value: None)
+        topics: dict[str, tuple[type, Callable[[Any], None]]] = {
+            'box_scan': (BoxScan, self._on_scan),
+            'true_boxes': (BoxScan, self._on_truth),
+            'placements': (Placement, self._on_decision),
+            'placement_report': (PlacementReport, self._on_report),
+            'box_event': (BoxEvent, self._on_event),
+            'bin_state': (BinStateArray, self._on_bins),
+            'bin_closed': (BinState, self._on_closed),
+        }
+        for topic, (kind, callback) in topics.items():
+            profile = copy(qos.TOPICS[topic])
+            if profile.depth > 1:
+                profile.depth = _BACKLOG
+            self.create_subscription(kind, topic, self._guard(topic, callback), profile)
+
+    def _guard(self, topic: str, callback: Callable[[Any], None]) -> Callable[[Any], None]:
+        """``callback`` that notes a message it cannot use instead of failing."""
+
+        def guarded(msg: Any) -> None:  # noqa: ANN401 - any message type
+            try:
+                callback(msg)
+            except ValueError as error:
+                text = f'{topic}: {error}'
+                if text not in self.problems:
+                    self.problems.append(text)
+                    self.get_logger().warning(text)
+
+        return guarded
+
+    def _on_scan(self, msg: BoxScan) -> None:
+        scan, errors = conversions.scan_from_ros(msg)
+        for text in errors:
+            if text not in self.problems:
+                self.problems.append(text)
+        self.record.on_scan(scan)
+
+    def _on_truth(self, msg: BoxScan) -> None:
+        scan, _ = conversions.scan_from_ros(msg)
+        self.record.on_truth(scan)
+
+    def _on_decision(self, msg: Placement) -> None:
+        decision = conversions.decision_from_ros(msg)
+        if self.record.on_decision(decision):
+            self._listener('decision', decision)
+
+    def _on_report(self, msg: PlacementReport) -> None:
+        report = conversions.report_from_ros(msg)
+        if self.record.on_report(report):
+            self._listener('report', report)
+
+    def _on_event(self, msg: BoxEvent) -> None:
+        event = conversions.event_from_ros(msg)
+        if self.record.on_event(event):
+            self._listener('event', event)
+
+    def _on_bins(self, msg: BinStateArray) -> None:
+        self.record.on_bins(conversions.bins_from_ros(msg))
+
+    def _on_closed(self, msg: BinState) -> None:
+        one = conversions.bin_from_ros(msg)
+        known = one.id in self.record.closed
+        self.record.on_closed(one)
+        if not known:
+            self._listener('closed', one)
+
+
+class Ears:
+    """A recorder that is spun by its owner, step by step; leaves signals to the owner."""
+
+    def __init__(self, record: RunRecord, listener: Listener) -> None:
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+        self._recorder = Recorder(record, listener)
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self._recorder)
+
+    def listen(self, seconds: float) -> None:
+        """Handle one message, or return after ``seconds``."""
+        self._executor.spin_once(timeout_sec=seconds)
+
+    def drain(self, seconds: float) -> None:
+        """Handle what has come, for at most ``seconds``."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self._executor.spin_once(timeout_sec=0.02)
+
+    def close(self) -> list[str]:
+        """Stop listening; return what was wrong with messages that could not be used."""
+        problems = self._recorder.problems
+        self._recorder.destroy_node()
+        rclpy.try_shutdown()
+        return problems
+
+
+def main(args: list[str] | None = None) -> None:
+    """Run the recorder alone and log what it hears."""
+    run_node('recorder', _logging_recorder, args=args)
+
+
+def _logging_recorder() -> Recorder:
+    recorder = Recorder()
+    recorder._listener = lambda kind, value: recorder.get_logger().info(f'{kind}: {value}')  # noqa: SLF001
+    return recorder
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,1 @@
+"""Running a cell: the nodes as processes, their ROS domain, what is shown meanwhile."""

@@ -1,0 +1,204 @@
+"""What a run shows on the screen: a line per box, a progress bar, and the summary at the end."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from pack_cell.report.arm_answers import asked_text
+from pack_cell.report.record import RunRecord
+from pack_msgs_py.cell_values import BoxEvent, Decision, Report
+from pack_msgs_py.codes import BoxEventKind
+from pack_msgs_py.values import Bin
+
+
+class RunDisplay:
+    """Prints a run as it happens; only lines of text where no one looks at a terminal."""
+
+    def __init__(self, record: RunRecord, *, quiet: bool = False) -> None:
+        self.console = Console(highlight=False, soft_wrap=True)
+        self._record = record
+        self._quiet = quiet
+        self._closed: list[Bin] = []
+        self._progress = Progress(
+            TextColumn('{task.description}'),
+            BarColumn(bar_width=32),
+            MofNCompleteColumn(),
+            TextColumn('boxes'),
+            TimeElapsedColumn(),
+            console=self.console,
+            transient=True,
+            disable=quiet or not self.console.is_terminal,
+        )
+        self._task = self._progress.add_task('packing', total=None)
+
+    def __enter__(self) -> RunDisplay:
+        self._progress.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._tell_closed(at_last=True)
+        self._progress.stop()
+
+    def say(self, text: str) -> None:
+        """Print a line above the bar, unless quiet."""
+        if not self._quiet:
+            self.console.print(text)
+
+    def on_change(self, kind: str, value: object) -> None:
+        """Show one change of the record."""
+        if isinstance(value, Report):
+            self._report(value)
+            self._tell_closed()
+        elif isinstance(value, BoxEvent) and value.event is not BoxEventKind.PLACED:
+            self._event(value)
+        elif isinstance(value, Bin) and kind == 'closed':
+            self._closed.append(value)
+            self._tell_closed()
+        self._progress.update(
+            self._task, completed=self._record.settled, total=self._record.expected
+        )
+
+    def _tell_closed(self, *, at_last: bool = False) -> None:
+        """Print bins once all that went into them is printed; bins and reports may overtake."""
+        for one in list(self._closed):
+            if at_last or not any(self._is_awaited(placed.box.id) for placed in one.boxes):
+                self._closed.remove(one)
+                boxes, fill = f'{len(one.boxes)} boxes', f'{100 * one.fill_rate:.1f} % full'
+                self.say(f'[cyan]       bin {one.id} closed: {boxes}, {fill}[/]')
+
+    def _is_awaited(self, box_id: str) -> bool:
+        report = self._record.reports.get(box_id)
+        done = report is not None and report.code.box_is_in_bin
+        return box_id in self._record.decisions and not done
+
+    def _report(self, report: Report) -> None:
+        box = self._record.boxes.get(report.box_id)
+        decision: Decision | None = self._record.decisions.get(report.box_id)
+        size = 'x'.join(f'{edge:g}' for edge in box.size_mm) if box else '?'
+        if not report.code.box_is_in_bin:
+            self.say(
+                f'[yellow]       {report.box_id} refused for {report.bin_id}: '
+                f'{report.code.name} {escape(report.message)}[/]'
+            )
+            return
+        corner = decision.corner_mm if decision else ('?', '?', '?')
+        planning = f'{1e3 * decision.planning_s:6.1f}' if decision else '     ?'
+        note = (
+            ''
+            if report.code.value == 0
+            else f' [red]{report.code.name} {escape(report.message)}[/]'
+        )
+        colour = 'green' if report.slack_s >= 0 else 'red'
+        total = self._record.expected
+        count = self._record.figures.in_bin
+        at = '({:>4}, {:>4}, {:>4})'.format(*corner)
+        self.say(
+            f'{count:>3}/{total if total is not None else "?":<3} {report.box_id:<24.24} '
+            f'{size:>13} mm -> {report.bin_id:<7} {at} mm  plan {planning} ms  '
+            f'motion {report.motion_s:4.2f} s  slack [{colour}]{report.slack_s:+5.2f} s[/]{note}'
+        )
+
+    def _event(self, event: BoxEvent) -> None:
+        if event.event is BoxEventKind.REJECTED:
+            reason = event.reason.name.lower()
+            self.say(
+                f'[yellow]       {escape(event.box_id)} rejected, {reason}: {escape(event.text)}[/]'
+            )
+        elif event.event in (BoxEventKind.RETURNED, BoxEventKind.LOST, BoxEventKind.UNKNOWN):
+            what = event.event.name.lower()
+            self.say(f'[red]       {escape(event.box_id)} {what}: {escape(event.text)}[/]')
+
+    def summary(self, summary: dict[str, Any], folder: object) -> None:
+        """Print the summary of a run, a line per measure."""
+        self.console.print('\n[bold]Summary[/]')
+        for name, text in summary_lines(summary):
+            self.console.print(f'  {name:<18} {text}')
+        for problem in summary['problems']:
+            self.console.print(f'  [red]problem[/]            {escape(problem)}')
+        self.console.print(f'written to {folder}')
+
+
+def _times(values: dict[str, float | None], scale: float, unit: str, digits: int) -> str:
+    if values['p50'] is None:
+        return 'none'
+    parts = [
+        f'{name} {scale * value:.{digits}f}'
+        for name, value in values.items()
+        if value is not None and name in ('mean', 'p50', 'p95', 'max')
+    ]
+    return f'{", ".join(parts)} {unit}'
+
+
+def _percent(value: float | None) -> str:
+    return 'no bin' if value is None else f'{value:.1f} %'
+
+
+def _account_lines(found: dict[str, Any] | None, waits: dict[str, Any]) -> list[tuple[str, str]]:
+    if found is None:
+        return []
+    reasons = ', '.join(f'{number} {name}' for name, number in found['rejected'].items())
+    right = 'all of' if found['sum_is_right'] else 'NOT all of'
+    places = (
+        f'{right} {found["fed"]} fed: {found["on_belt"]} on the belt, {found["in_gripper"]} in the '
+        f'gripper, {found["lost"]} lost, {found["unknown"]} unknown; rejected: {reasons or "none"}'
+    )
+    longest = f'{waits.get("longest_wait_s") or 0.0:.0f} s, {waits.get("most_laps") or 0} laps'
+    return [('  ledger', places), ('  longest wait', longest)]
+
+
+def _destination_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    found = summary['destinations']
+    if not found:
+        return []
+    counts = ', '.join(
+        f'{name} {one["boxes"]} boxes in {one["closed_bins"]} + {one["open_bins"]} bins'
+        for name, one in found.items()
+    )
+    return [('destinations', f'{counts}; {summary["mis_sorts"]} mis-sorted')]
+
+
+def summary_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    """Name and text of each line of the summary that people read."""
+    boxes = (
+        f'{summary["boxes_supplied"]} supplied, {summary["placed"]} placed, '
+        f'{summary["rejected"]} rejected, {summary["lost"]} lost, '
+        f'{summary["unaccounted"]} unaccounted for'
+    )
+    fill = (
+        f'closed bins {_percent(summary["fill_closed"])}, '
+        f'all bins {_percent(summary["fill_all"])}, '
+        f'first failure {_percent(summary["fill_first_failure"])}'
+    )
+    error = summary['max_pose_error_mm']
+    return [
+        ('boxes', boxes),
+        *_account_lines(summary['accounts'], summary['waits']),
+        ('bins', f'{summary["bin"]}: {summary["closed_bins"]} closed, {summary["open_bins"]} open'),
+        *_destination_lines(summary),
+        ('fill rate', fill),
+        ('cycle time', _times(summary['cycle_time_s'], 1.0, 's', 2)),
+        ('  motion', _times(summary['motion_s'], 1.0, 's', 2)),
+        ('  planning', _times(summary['planning_s'], 1e3, 'ms', 1)),
+        ('  arm planning', _times(summary['arm_planning_s'], 1e3, 'ms', 0)),
+        ('  waiting for belt', _times(summary['wait_s'], 1.0, 's', 2)),
+        ('deadline', f'{summary["deadline_s"]:g} s, {summary["deadline_misses"]} missed'),
+        ('first choices', asked_text(summary['arm_asked'])),
+        ('refused goals', str(summary['refused_goals'])),
+        ('rule violations', str(summary['rule_violations'])),
+        ('worst pose error', 'none' if error is None else f'{error:.2f} mm'),
+        ('robot time', _robot_time(summary)),
+        ('wall time', f'{summary["wall_time_s"]:.1f} s'),
+    ]
+
+
+def _robot_time(summary: dict[str, Any]) -> str:
+    """Robot time of all goals, boxes an hour of it, and how much faster than real time that was."""
+    hourly, times = summary['boxes_per_hour'], summary['times_real_time']
+    if hourly is None or times is None:
+        return 'none'
+    spent = summary['robot_time_s']
+    return f'{spent:.1f} s, {hourly:.0f} boxes/h, {times:.1f} times real time'

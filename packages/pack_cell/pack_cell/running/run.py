@@ -1,0 +1,232 @@
+"""``cell run``: start the nodes, watch the run, stop them, write the summary."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import signal
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, Any
+
+from conveyor_sim.streams import BOXES_FILE, Stream, write_boxes
+from pack_cell.options import RunOptions
+from pack_cell.report.accounts import read_ledger
+from pack_cell.report.archive import Archive
+from pack_cell.report.record import RunRecord
+from pack_cell.report.summary import execution_profile, summarize, write_run
+from pack_cell.running.display import RunDisplay
+from pack_cell.running.memory import MemoryWatch
+from pack_cell.running.node_commands import node_specs, write_parameters
+from pack_cell.running.ros_domain import DomainTaken, hold_domain
+from pack_cell.running.supervisor import Supervisor
+
+if TYPE_CHECKING:
+    from pack_cell.ros.recorder import Ears
+
+EXIT_OK = 0
+EXIT_PROBLEM = 1
+EXIT_USAGE = 2
+EXIT_NODE_DIED = 3
+EXIT_STALLED = 4
+
+#: How long the nodes get to hear of the last box, and are listened to after their end.
+LAST_WORDS_S = 0.5
+#: How often the memory of the nodes is measured.
+MEMORY_PERIOD_S = 1.0
+#: The report of a box follows its event within milliseconds, unless the executor died between.
+REPORT_PATIENCE_S = 1.0
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How the watching of a run came to its end: an exit code and, unless all is well, why."""
+
+    code: int
+    reason: str = ''
+    details: Sequence[str] = ()
+
+
+class StopRequest:
+    """Set by SIGINT or SIGTERM."""
+
+    def __init__(self) -> None:
+        self.signal: int | None = None
+        for one in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(one, self._on_signal)
+
+    def _on_signal(self, number: int, frame: FrameType | None) -> None:
+        self.signal = number
+
+
+def run_folder(out: Path | None) -> Path:
+    """The folder of this run: ``out``, or a fresh ``runs/<time>`` in the working directory."""
+    if out is not None:
+        return out.resolve()
+    base = Path(os.environ.get('PACK_CELL_RUNS', 'runs')).resolve()
+    name = datetime.now().strftime('%Y%m%d-%H%M%S')
+    folder, number = base / name, 2
+    while folder.exists():
+        folder, number = base / f'{name}-{number}', number + 1
+    return folder
+
+
+def run(options: RunOptions, command: Sequence[str]) -> int:
+    """Run a whole cell as ``options`` say; return the exit code."""
+    began = time.monotonic()
+    folder = run_folder(options.out)
+    if (folder / 'state').exists():
+        print(
+            f'cell run: {folder} already holds a run; choose another --out, or remove it',
+            file=sys.stderr,
+        )
+        return EXIT_USAGE
+    try:
+        lock = hold_domain()
+    except (DomainTaken, ValueError) as error:
+        print(f'cell run: {error}', file=sys.stderr)
+        return EXIT_USAGE
+    os.environ['ROS_DOMAIN_ID'] = str(lock.number)
+    folder.mkdir(parents=True, exist_ok=True)
+    stop = StopRequest()
+    supervisor = Supervisor(
+        node_specs(folder, write_parameters(folder, options)),
+        {'ROS_DOMAIN_ID': str(lock.number), 'PYTHONUNBUFFERED': '1'},
+        respawn=options.respawn,
+    )
+    rules = execution_profile(options.profile, options.size_sigmas, options.grasp_faces)
+    record = RunRecord(archive=Archive(folder / 'placements.jsonl', rules))
+    watch = Watch(options, supervisor, record, stop, began, folder)
+    with RunDisplay(record, quiet=options.quiet) as display:
+        if lock.number:
+            display.say(f'this cell runs in ROS domain {lock.number}: export ROS_DOMAIN_ID to join')
+        supervisor.start()
+        write_pids(folder, supervisor)
+        try:
+            ending = watch.until_done(display)
+        finally:
+            supervisor.stop()
+            watch.close()
+            lock.release()
+    problems = [*watch.problems, *([ending.reason] if ending.reason and ending.code else [])]
+    summary = summarize(
+        record,
+        options,
+        command=command,
+        wall_time_s=time.monotonic() - began,
+        first_decision_s=watch.first_decision_s,
+        problems=problems,
+        ledger=read_ledger(folder / 'state'),
+        memory=watch.memory.summary(),
+    )
+    write_run(folder, summary, record)
+    stream = Stream.open(options.boxes, options.count, options.seed, options.destinations)
+    fed = min(record.supplied, len(stream))
+    write_boxes(folder / BOXES_FILE, (stream[ordinal] for ordinal in range(fed)))
+    display.summary(summary, folder)
+    for line in ending.details:
+        print(f'  | {line}', file=sys.stderr)
+    if ending.code:
+        print(f'cell run: {ending.reason}', file=sys.stderr)
+        return ending.code
+    if ending.reason:
+        print(ending.reason)
+        return EXIT_OK
+    return EXIT_OK if is_clean(summary) else EXIT_PROBLEM
+
+
+def is_clean(summary: dict[str, Any]) -> bool:
+    """Whether every box is in exactly one place, and no rule was broken."""
+    found = summary['accounts']
+    if found is not None and (not found['sum_is_right'] or found['unknown']):
+        return False
+    return not (summary['lost'] or summary['unaccounted'] or summary['rule_violations'])
+
+
+def write_pids(folder: Path, supervisor: Supervisor) -> None:
+    """Write the process id of each node to ``pids.json``, for operators and tests."""
+    fresh = folder / 'pids.json.new'
+    fresh.write_text(json.dumps(supervisor.pids()) + '\n')
+    fresh.replace(folder / 'pids.json')
+
+
+@dataclass
+class Watch:
+    """Listens to the cell until the run is complete, stopped, broken or stalled."""
+
+    options: RunOptions
+    supervisor: Supervisor
+    record: RunRecord
+    stop: StopRequest
+    began: float
+    folder: Path
+    first_decision_s: float | None = None
+
+    def __post_init__(self) -> None:
+        self.problems: list[str] = []
+        self._ears: Ears | None = None
+        self.memory = MemoryWatch()
+        self._measured_s = -math.inf
+        self._last_change = time.monotonic()
+
+    def until_done(self, display: RunDisplay) -> Ending:
+        """Spin the recorder and mind the nodes; return how it ended."""
+        # ROS takes half a second to load; the nodes load theirs meanwhile.
+        from pack_cell.ros.recorder import Ears
+
+        def on_change(kind: str, value: object) -> None:
+            self._last_change = time.monotonic()
+            if kind == 'decision' and self.first_decision_s is None:
+                self.first_decision_s = self._last_change - self.began
+            display.on_change(kind, value)
+
+        self._ears = ears = Ears(self.record, on_change)
+        while True:
+            ears.listen(0.1)
+            ending = self._ending(display)
+            if ending is not None:
+                return ending
+
+    def close(self) -> None:
+        """Hear the last words of the nodes, which have ended, and stop listening."""
+        ears, self._ears = self._ears, None
+        if ears is not None:
+            ears.drain(LAST_WORDS_S)
+            self.problems += ears.close()
+
+    def _ending(self, display: RunDisplay) -> Ending | None:
+        if self.stop.signal is not None:
+            name = signal.Signals(self.stop.signal).name
+            return Ending(EXIT_OK, f'stopped by {name} before the stream ended')
+        for death in self.supervisor.poll():
+            if not death.respawned:
+                return Ending(EXIT_NODE_DIED, str(death), death.tail())
+            self._last_change = time.monotonic()
+            write_pids(self.folder, self.supervisor)
+            display.say(f'[red]       {death}; started again[/]')
+        self._measure()
+        idle = time.monotonic() - self._last_change
+        if self.record.complete():
+            reported = self.record.all_reported()
+            if idle > (LAST_WORDS_S if reported else REPORT_PATIENCE_S):
+                return Ending(EXIT_OK)
+        if idle > self.options.stall_timeout_s:
+            left = self.record.supplied - self.record.settled
+            reason = f'nothing has happened for {idle:.0f} s, {left} boxes have not come to an end'
+            return Ending(EXIT_STALLED, reason)
+        return None
+
+    def _measure(self) -> None:
+        """Look at the memory of the nodes now and then."""
+        now_s = time.monotonic()
+        expected = self.record.expected
+        if now_s - self._measured_s < MEMORY_PERIOD_S or not expected:
+            return
+        self._measured_s = now_s
+        self.memory.measure(self.supervisor.pids(), self.record.settled / expected)

@@ -1,0 +1,156 @@
+"""Boxes and bins."""
+
+from __future__ import annotations
+
+from builtin_interfaces.msg import Time as TimeMsg
+
+from pack_msgs.msg import (
+    BinState,
+    BinStateArray,
+)
+from pack_msgs.msg import Box as BoxMsg
+from pack_msgs.msg import PlacedBox as PlacedBoxMsg
+from pack_msgs_py.cell_values import (
+    BinSnapshot,
+    Pose,
+)
+from pack_msgs_py.checks import (
+    InvalidValue,
+    check_finite,
+    check_whole_mm,
+)
+from pack_msgs_py.codes import BinStatus
+from pack_msgs_py.ros.conversions.basic import (
+    check_orientation,
+    pose_from_ros,
+    pose_to_ros,
+    tidy,
+    time_from_ros,
+    time_to_ros,
+    vector_from_ros,
+    vector_to_ros,
+)
+from pack_msgs_py.values import BIN_TYPES, Bin, BinSpec, Box, PlacedBox, check_box, frame_name
+
+
+def box_to_ros(box: Box) -> BoxMsg:
+    """A box as pack_msgs/Box."""
+    return BoxMsg(
+        id=box.id,
+        size=vector_to_ros(box.size_mm, 1e-3),
+        mass=float(box.weight_kg),
+        com_offset=vector_to_ros(box.com_offset_mm, 1e-3),
+        allowed_up=box.allowed_up,
+        max_top_load=-1.0 if box.max_top_load_n is None else float(box.max_top_load_n),
+        destination=box.destination,
+        size_stddev=vector_to_ros(box.size_stddev_mm, 1e-3),
+    )
+
+
+def box_from_ros(msg: BoxMsg) -> Box:
+    """pack_msgs/Box as a checked value."""
+    load = check_finite('max_top_load', msg.max_top_load)
+    return check_box(
+        Box(
+            id=msg.id,
+            size_mm=tidy(vector_from_ros(f'box {msg.id!r} size', msg.size, 1e3)),
+            weight_kg=check_finite(f'box {msg.id!r} mass', msg.mass),
+            com_offset_mm=tidy(vector_from_ros('com_offset', msg.com_offset, 1e3)),
+            allowed_up=msg.allowed_up,
+            max_top_load_n=None if load < 0 else load,
+            destination=msg.destination,
+            size_stddev_mm=tidy(vector_from_ros('size_stddev', msg.size_stddev, 1e3)),
+        )
+    )
+
+
+def placed_box_to_ros(placed: PlacedBox, pose: Pose) -> PlacedBoxMsg:
+    """A placed box with its measured ``pose`` (bin frame) as pack_msgs/PlacedBox."""
+    return PlacedBoxMsg(
+        box=box_to_ros(placed.box),
+        orientation=placed.orientation,
+        planned_corner=vector_to_ros(placed.corner_mm, 1e-3),
+        planned_size=vector_to_ros(placed.size_mm, 1e-3),
+        pose=pose_to_ros(pose),
+    )
+
+
+def placed_box_from_ros(msg: PlacedBoxMsg) -> PlacedBox:
+    """pack_msgs/PlacedBox as a checked value."""
+    pose = pose_from_ros('pose', msg.pose)
+    corner, size = msg.planned_corner, msg.planned_size
+    x, y, z = pose.position
+    return PlacedBox(
+        box=box_from_ros(msg.box),
+        corner_mm=check_whole_mm('planned_corner', (corner.x, corner.y, corner.z)),
+        size_mm=check_whole_mm('planned_size', (size.x, size.y, size.z)),
+        orientation=check_orientation(msg.orientation),
+        measured_mm=tidy((1e3 * x, 1e3 * y, 1e3 * z)),
+    )
+
+
+def bin_to_ros(one: Bin, poses: dict[str, Pose], stamp: TimeMsg, status: BinStatus) -> BinState:
+    """A bin as pack_msgs/BinState; ``poses`` holds the measured pose of each box by id."""
+    msg = BinState(
+        bin_id=one.id,
+        serial=one.serial,
+        bin_type=one.spec.name,
+        station=one.station,
+        destination=one.destination,
+        revision=one.revision,
+        size=vector_to_ros(one.spec.size_mm, 1e-3),
+        status=int(status),
+        boxes=[placed_box_to_ros(placed, poses[placed.box.id]) for placed in one.boxes],
+    )
+    msg.header.stamp = stamp
+    msg.header.frame_id = frame_name(one.station)
+    return msg
+
+
+def bin_from_ros(msg: BinState) -> Bin:
+    """pack_msgs/BinState as a checked value."""
+    size = check_whole_mm('bin size', (msg.size.x, msg.size.y, msg.size.z))
+    if not msg.bin_id or min(size) <= 0:
+        text = f'bin {msg.bin_id!r} of size {size} mm must have an id and positive sizes'
+        raise InvalidValue(text)
+    known = BIN_TYPES.get(msg.bin_type)
+    if known is not None and known != size:
+        text = f'bin {msg.bin_id!r} is called {msg.bin_type} ({known} mm) but measures {size} mm'
+        raise InvalidValue(text)
+    return Bin(
+        id=msg.bin_id,
+        serial=msg.serial,
+        spec=BinSpec(msg.bin_type, size),
+        boxes=tuple(placed_box_from_ros(placed) for placed in msg.boxes),
+        station=msg.station,
+        revision=msg.revision,
+        destination=msg.destination,
+    )
+
+
+def bins_to_ros(
+    snapshot: BinSnapshot, poses: dict[str, Pose], status: dict[str, BinStatus] | None = None
+) -> BinStateArray:
+    """All standing bins as pack_msgs/BinStateArray; ``status`` by bin id, open if not named."""
+    stamp = time_to_ros(snapshot.stamp_s)
+    states = status or {}
+    msg = BinStateArray(
+        revision=snapshot.revision,
+        bins=[
+            bin_to_ros(one, poses, stamp, states.get(one.id, BinStatus.OPEN))
+            for one in snapshot.bins
+        ],
+    )
+    msg.header.stamp = stamp
+    return msg
+
+
+def bins_from_ros(msg: BinStateArray) -> BinSnapshot:
+    """pack_msgs/BinStateArray as a checked value; only bins that accept boxes."""
+    bins = [bin_from_ros(one) for one in msg.bins if one.status == BinState.STATUS_OPEN]
+    ids = [one.id for one in bins]
+    if len(set(ids)) != len(ids):
+        text = f'bin ids {ids} must differ'
+        raise InvalidValue(text)
+    ordered = tuple(sorted(bins, key=lambda one: one.serial))
+    return BinSnapshot(msg.revision, time_from_ros(msg.header.stamp), ordered)

@@ -1,0 +1,257 @@
+"""Scans, decisions, events and reports: what travels between the nodes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from pack_msgs.msg import BoxEvent as BoxEventMsg
+from pack_msgs.msg import (
+    BoxScan,
+    PlacementReport,
+)
+from pack_msgs.msg import Placement as PlacementMsg
+from pack_msgs.msg import ScannedBox as ScannedBoxMsg
+from pack_msgs_py.cell_values import (
+    BoxEvent,
+    Decision,
+    Pose,
+    Report,
+    Scan,
+    ScannedBox,
+)
+from pack_msgs_py.checks import (
+    InvalidValue,
+    check_finite,
+    check_whole_mm,
+)
+from pack_msgs_py.codes import BoxEventKind, ErrorCode, PlacementStatus, Reason
+from pack_msgs_py.ros.conversions.basic import (
+    check_orientation,
+    duration_from_ros,
+    duration_to_ros,
+    pose_from_ros,
+    pose_to_ros,
+    tidy,
+    time_from_ros,
+    time_to_ros,
+    vector_from_ros,
+    vector_to_ros,
+)
+from pack_msgs_py.ros.conversions.content import box_from_ros, box_to_ros
+from pack_msgs_py.values import check_box
+
+
+def scanned_box_to_ros(item: ScannedBox) -> ScannedBoxMsg:
+    """One scanned box as pack_msgs/ScannedBox."""
+    return ScannedBoxMsg(
+        box=box_to_ros(item.box),
+        pose=pose_to_ros(item.pose),
+        size_stddev=vector_to_ros(item.box.size_stddev_mm, 1e-3),
+        pick_open=time_to_ros(item.pick_open_s or 0.0),
+        pick_close=time_to_ros(item.pick_close_s or 0.0),
+        travel_time=duration_to_ros(item.travel_time_s),
+        laps=item.laps,
+    )
+
+
+def scanned_box_from_ros(msg: ScannedBoxMsg) -> ScannedBox:
+    """pack_msgs/ScannedBox as a checked value."""
+    box = box_from_ros(msg.box)
+    if not any(box.size_stddev_mm):
+        deviation = tidy(vector_from_ros('size_stddev', msg.size_stddev, 1e3))
+        box = check_box(replace(box, size_stddev_mm=deviation))
+    return ScannedBox(
+        box=box,
+        pose=pose_from_ros('pose', msg.pose),
+        pick_open_s=time_from_ros(msg.pick_open) or None,
+        pick_close_s=time_from_ros(msg.pick_close) or None,
+        travel_time_s=duration_from_ros(msg.travel_time),
+        laps=msg.laps,
+    )
+
+
+def scan_to_ros(scan: Scan) -> BoxScan:
+    """A scan as pack_msgs/BoxScan."""
+    msg = BoxScan(
+        sequence=scan.sequence,
+        belt_velocity=vector_to_ros(scan.belt_velocity),
+        boxes=[scanned_box_to_ros(item) for item in scan.boxes],
+        supplied=scan.supplied,
+        remaining=scan.remaining,
+    )
+    msg.header.stamp = time_to_ros(scan.stamp_s)
+    msg.header.frame_id = scan.frame_id
+    return msg
+
+
+def scan_from_ros(msg: BoxScan) -> tuple[Scan, list[str]]:
+    """pack_msgs/BoxScan as a value, and what was wrong with boxes that had to be left out.
+
+    One bad box does not cost the others; a repeated id is kept once.
+    """
+    boxes: list[ScannedBox] = []
+    errors: list[str] = []
+    seen: set[str] = set()
+    for index, item in enumerate(msg.boxes):
+        try:
+            scanned = scanned_box_from_ros(item)
+        except ValueError as error:
+            errors.append(f'box_scan.boxes[{index}]: {error}')
+            continue
+        if scanned.box.id in seen:
+            errors.append(f'box_scan.boxes[{index}]: id {scanned.box.id!r} is there twice')
+            continue
+        seen.add(scanned.box.id)
+        boxes.append(scanned)
+    scan = Scan(
+        sequence=msg.sequence,
+        stamp_s=time_from_ros(msg.header.stamp),
+        boxes=tuple(boxes),
+        frame_id=msg.header.frame_id,
+        belt_velocity=vector_from_ros('belt_velocity', msg.belt_velocity),
+        supplied=msg.supplied,
+        remaining=msg.remaining,
+    )
+    return scan, errors
+
+
+def decision_to_ros(decision: Decision, frame_id: str = '') -> PlacementMsg:
+    """A decision as pack_msgs/Placement."""
+    msg = PlacementMsg(
+        sequence=decision.sequence,
+        box=box_to_ros(decision.box),
+        bin_id=decision.bin_id,
+        bin_serial=decision.bin_serial,
+        bin_revision=decision.bin_revision,
+        orientation=decision.orientation,
+        planned_corner=vector_to_ros(decision.corner_mm, 1e-3),
+        planned_size=vector_to_ros(decision.size_mm, 1e-3),
+        pose=pose_to_ros(decision.target),
+        objective=float(decision.objective),
+        algorithm=decision.algorithm,
+        profile=decision.profile,
+        status=int(decision.status),
+        planning_time=duration_to_ros(decision.planning_s),
+        trigger_stamp=time_to_ros(decision.trigger_stamp_s),
+        scan_sequence=decision.scan_sequence,
+        reason=decision.reason,
+        reject_reason=int(decision.reject_reason),
+        candidates_checked=decision.candidates_checked,
+        check_time=duration_to_ros(decision.check_s),
+        first_objective=float(decision.first_objective),
+        first_refusal=int(decision.first_refusal),
+    )
+    msg.header.stamp = time_to_ros(decision.stamp_s)
+    msg.header.frame_id = frame_id
+    return msg
+
+
+def decision_from_ros(msg: PlacementMsg) -> Decision:
+    """pack_msgs/Placement as a checked value."""
+    corner, size = msg.planned_corner, msg.planned_size
+    return Decision(
+        box=box_from_ros(msg.box),
+        bin_id=msg.bin_id,
+        bin_serial=msg.bin_serial,
+        bin_revision=msg.bin_revision,
+        orientation=check_orientation(msg.orientation),
+        corner_mm=check_whole_mm('planned_corner', (corner.x, corner.y, corner.z)),
+        size_mm=check_whole_mm('planned_size', (size.x, size.y, size.z)),
+        target=pose_from_ros('pose', msg.pose),
+        objective=check_finite('objective', msg.objective),
+        algorithm=msg.algorithm,
+        profile=msg.profile,
+        status=PlacementStatus(msg.status),
+        planning_s=duration_from_ros(msg.planning_time),
+        sequence=msg.sequence,
+        scan_sequence=msg.scan_sequence,
+        stamp_s=time_from_ros(msg.header.stamp),
+        trigger_stamp_s=time_from_ros(msg.trigger_stamp),
+        reason=msg.reason,
+        reject_reason=Reason(msg.reject_reason),
+        candidates_checked=msg.candidates_checked,
+        check_s=duration_from_ros(msg.check_time),
+        first_objective=check_finite('first_objective', msg.first_objective),
+        first_refusal=ErrorCode(msg.first_refusal),
+    )
+
+
+def event_to_ros(event: BoxEvent) -> BoxEventMsg:
+    """A box event as pack_msgs/BoxEvent."""
+    msg = BoxEventMsg(
+        box_id=event.box_id,
+        event=int(event.event),
+        reason=int(event.reason),
+        text=event.text,
+        bin_id=event.bin_id,
+        bin_serial=event.bin_serial,
+    )
+    msg.header.stamp = time_to_ros(event.stamp_s)
+    return msg
+
+
+def event_from_ros(msg: BoxEventMsg) -> BoxEvent:
+    """pack_msgs/BoxEvent as a checked value."""
+    if not msg.box_id:
+        text = 'box_event.box_id must not be empty'
+        raise InvalidValue(text)
+    return BoxEvent(
+        box_id=msg.box_id,
+        event=BoxEventKind(msg.event),
+        reason=Reason(msg.reason),
+        text=msg.text,
+        bin_id=msg.bin_id,
+        bin_serial=msg.bin_serial,
+        stamp_s=time_from_ros(msg.header.stamp),
+    )
+
+
+def report_to_ros(report: Report, frame_id: str = '') -> PlacementReport:
+    """A report as pack_msgs/PlacementReport."""
+    msg = PlacementReport(
+        box_id=report.box_id,
+        bin_id=report.bin_id,
+        bin_serial=report.bin_serial,
+        bin_revision=report.bin_revision,
+        error_code=int(report.code),
+        error_msg=report.message,
+        commanded=pose_to_ros(report.commanded),
+        measured=pose_to_ros(report.measured or Pose()),
+        measured_valid=report.measured is not None,
+        position_error=report.position_error_m,
+        angle_error=report.angle_error_rad,
+        others_moved=report.others_moved_m,
+        planning_time=report.planning_s,
+        wait_time=report.wait_s,
+        motion_time=report.motion_s,
+        cycle_time=report.cycle_s,
+        slack=report.slack_s,
+    )
+    msg.goal_id.uuid = list(report.goal_id)
+    msg.header.stamp = time_to_ros(report.stamp_s)
+    msg.header.frame_id = frame_id
+    return msg
+
+
+def report_from_ros(msg: PlacementReport) -> Report:
+    """pack_msgs/PlacementReport as a checked value."""
+    return Report(
+        box_id=msg.box_id,
+        bin_id=msg.bin_id,
+        bin_serial=msg.bin_serial,
+        bin_revision=msg.bin_revision,
+        code=ErrorCode(msg.error_code),
+        message=msg.error_msg,
+        commanded=pose_from_ros('commanded', msg.commanded),
+        measured=pose_from_ros('measured', msg.measured) if msg.measured_valid else None,
+        position_error_m=msg.position_error,
+        angle_error_rad=msg.angle_error,
+        others_moved_m=msg.others_moved,
+        planning_s=msg.planning_time,
+        wait_s=msg.wait_time,
+        motion_s=msg.motion_time,
+        cycle_s=msg.cycle_time,
+        slack_s=msg.slack,
+        goal_id=bytes(msg.goal_id.uuid),
+        stamp_s=time_from_ros(msg.header.stamp),
+    )

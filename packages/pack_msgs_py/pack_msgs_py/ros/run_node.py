@@ -1,0 +1,83 @@
+"""The life of a node's process: made, spun until a signal, taken down, and its exit code."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from typing import TypeVar
+
+import rclpy
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.logging import get_logger
+from rclpy.node import Node
+
+SomeNode = TypeVar('SomeNode', bound=Node)
+
+#: Exit codes: what was asked for cannot be done, and what was begun cannot go on.
+CANNOT_START, FAILED = 2, 1
+
+
+def run_node(
+    name: str,
+    create: Callable[[], SomeNode],
+    *,
+    args: list[str] | None = None,
+    cannot_start: tuple[type[Exception], ...] = (ValueError,),
+    failed: tuple[type[Exception], ...] = (),
+    stop: Callable[[SomeNode], bool] | None = None,
+) -> None:
+    """Run the node that ``create`` makes until SIGINT or SIGTERM, then end the process.
+
+    Parameters
+    ----------
+    name
+        Under which the reason of a failure is logged.
+    create
+        Makes the node.
+    args
+        Of the command line; those of the process by default.
+    cannot_start
+        Errors of ``create`` that say what is wrong with what was asked for: exit code 2.
+    failed
+        Errors that say why the node cannot go on: exit code 1.
+    stop
+        Ends what the node has begun. When it returns False a thread goes on that cannot be ended:
+        the process then ends without waiting for it, since Python would be taken down around it.
+
+    Raises
+    ------
+    SystemExit
+        With code 0 after a signal, 2 or 1 after an expected error.
+    Exception
+        Any other error, as it came.
+    """
+    rclpy.init(args=args)
+    node, stopped, code = None, True, 0
+    try:
+        node = create()
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        executor.spin()
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except Exception as error:
+        # A signal closes the context at once; what was being made or sent then fails somehow.
+        if rclpy.ok():
+            if node is None and isinstance(error, cannot_start):
+                code = CANNOT_START
+            elif isinstance(error, failed):
+                code = FAILED
+            else:
+                raise
+            get_logger(name).fatal(str(error))
+    finally:
+        if node is not None:
+            stopped = stop is None or stop(node)
+            node.destroy_node()
+        rclpy.try_shutdown()
+    if not stopped:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(code)
+    sys.exit(code)

@@ -1,0 +1,400 @@
+"""The planner's state machine: when to decide, announce, send, close a bin, and when to wait.
+
+It knows no ROS: inputs arrive as method calls, what it wants done goes through :class:`Outputs`,
+and time is a steady clock that is passed in. Every wait ends by itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Report, Scan
+from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode
+from pack_msgs_py.values import Bin
+from pack_planner.coordination.alternatives import Planned
+from pack_planner.coordination.inputs import Heartbeat, Inputs, same_content
+from pack_planner.coordination.negotiation import (
+    HIDDEN_TIMEOUT_S,
+    TRANSIENT,
+    Answer,
+    Asking,
+    Talk,
+    choose,
+    learn,
+)
+from pack_planner.coordination.patience import Patience
+from pack_planner.coordination.requests import Ahead, Asked, Outputs, Plan
+from pack_planner.coordination.running_goal import Failures, Goal
+from pack_planner.decision.planner import (
+    Close,
+    Outcome,
+    Place,
+    Reject,
+    Wait,
+    expected_bins,
+    refreshed_target,
+)
+from pack_planner.decision.policy import Situation
+from pack_planner.decision.refusals import Refusals
+
+BINS_TIMEOUT_S = 5.0
+SWAP_TIMEOUT_S = 5.0
+#: Backstop behind the QoS events of the heartbeat.
+SILENCE_S = 2.0
+
+
+class Coordinator:
+    """See the module. All methods are called from one thread."""
+
+    def __init__(
+        self,
+        outputs: Outputs,
+        clock: Callable[[], float],
+        look_ahead: int,
+        asking: Asking | None = None,
+        patience: Patience | None = None,
+    ) -> None:
+        self.look_ahead = look_ahead
+        self._patience = patience or Patience(look_ahead)
+        self.asking = asking or Asking()
+        self._out = outputs
+        self._clock = clock
+        self._in = Inputs()
+        self._refusals = Refusals()
+        self._failures = Failures()
+        self._alive = self._was_lost = False
+        self._heard_s = -math.inf
+        self._numbers = 0
+        self._plan: Plan | None = None
+        self._asked: Asked | None = None
+        self._ahead: Ahead | None = None
+        self._goal: Goal | None = None
+        self._free_s = -math.inf
+        self._last_box = ''
+        self._stale_inputs = False
+        self._new_bins: tuple[str, int, float] | None = None  # bin id, revision seen, until
+        self._swap: tuple[Bin, float] | None = None
+
+    # --- inputs ------------------------------------------------------------------------------
+
+    def on_scan(self, scan: Scan, unusable: int = 0) -> None:
+        """A snapshot of the belt; ``unusable`` boxes of it had to be left out."""
+        self._in.scan, self._in.unusable = scan, unusable
+        self._stale_inputs = False
+        self.step()
+
+    def on_bins(self, snapshot: BinSnapshot) -> None:
+        """The current content of the bins."""
+        self._in.bins = snapshot
+        self._refusals.forget_old(snapshot.bins)
+        self._stale_inputs = False
+        self.step()
+
+    def on_heartbeat(self, heartbeat: Heartbeat) -> None:
+        """The executor is alive."""
+        now = self._clock()
+        self._heard_s = now
+        if not self._alive:
+            self._alive = True
+            self._out.info(f'the arm is there, mode {heartbeat.mode.name}')
+            if self._was_lost:
+                self._out.refresh_bins()
+        self._in.heartbeat = heartbeat
+        if self._goal is not None:
+            self._goal.hear(heartbeat, now)
+        self.step()
+
+    def on_executor_lost(self) -> None:
+        """The executor is dead or hangs: forget its goal and its bins."""
+        if not self._alive:
+            return
+        self._alive, self._was_lost = False, True
+        held = f'; goal for box {self._goal.decision.box.id!r} forgotten' if self._goal else ''
+        self._out.warn(f'the arm is silent{held}; waiting for it to come back')
+        self._goal = self._ahead = self._swap = self._new_bins = self._plan = self._asked = None
+        self._in.bins = self._in.heartbeat = None
+
+    def on_event(self, event: BoxEvent) -> None:
+        """Something happened to a box."""
+        self._in.add_event(event)
+        if event.event is BoxEventKind.RETURNED and self._in.is_available(event.box_id):
+            self._stale_inputs = False
+        goal = self._goal
+        if goal is not None and event.box_id == goal.decision.box.id:
+            last = self._in.last_event(event.box_id)
+            goal.picked = last in (BoxEventKind.PICKED, BoxEventKind.PLACED)
+        self.step()
+
+    def on_report(self, report: Report) -> None:
+        """Outcome of a goal, from the topic or from the action's result."""
+        goal = self._goal
+        if goal is not None and goal.matches(report) and goal.report is None:
+            goal.report, goal.reported_s = report, self._clock()
+        self.step()
+
+    def on_answer(self, goal_id: bytes, *, accepted: bool) -> None:
+        """The executor accepted or refused the goal; a report says why."""
+        goal = self._goal
+        if goal is not None and goal.goal_id == goal_id:
+            goal.accepted, goal.answered_s = accepted, self._clock()
+        self.step()
+
+    def on_result(self, goal_id: bytes, report: Report | None) -> None:
+        """The action ended; ``report`` is the copy in its result."""
+        goal = self._goal
+        if goal is not None and goal.goal_id == goal_id:
+            goal.has_result = True
+            if report is not None:
+                self.on_report(replace(report, goal_id=goal_id))
+        self.step()
+
+    def on_swapped(self, *, success: bool, message: str) -> None:
+        """Answer of `swap_bin`."""
+        if self._swap is None:
+            return
+        target, _ = self._swap
+        self._swap = None
+        if success:
+            self._new_bins = (target.id, target.revision, self._clock() + BINS_TIMEOUT_S)
+        else:
+            self._out.warn(f'bin {target.id!r} was not swapped: {message}')
+            self._stale_inputs = True
+        self.step()
+
+    def on_planned(self, number: int, planned: Planned | None, error: str = '') -> None:
+        """A decision is ready; ``None`` with ``error`` when computing it failed."""
+        plan = self._plan
+        if plan is None or plan.number != number or self._asked is not None:
+            return
+        if planned is None:
+            self._plan = None
+            self._out.warn(f'no decision: {error}')
+            self._stale_inputs = True
+        else:
+            plan = replace(plan, talk=plan.talk.thought(planned))
+            if self.asking.candidates and planned.candidates():
+                self._ask(plan, planned)
+                return
+            self._settle(planned.outcome, plan)
+        self.step()
+
+    def _ask(self, plan: Plan, planned: Planned) -> None:
+        """Ask the arm which of the candidates it can do."""
+        hidden = plan.ahead and self._goal is not None
+        limit_s = plan.talk.limit_s(self.asking.deadline_s, hidden=hidden)
+        self._plan = plan
+        self._asked = Asked(plan, planned, limit_s, self._clock())
+        self._out.check(plan.number, planned.candidates(), limit_s)
+
+    def on_checked(self, number: int, answers: Sequence[Answer] | None) -> None:
+        """What the arm says of each candidate; ``None`` when it cannot be asked."""
+        asked = self._asked
+        if asked is None or asked.plan.number != number:
+            return
+        self._asked = None
+        candidates, plan = asked.planned.candidates(), asked.plan
+        chosen: Decision | None = candidates[0]
+        seconds = self._clock() - asked.asked_s
+        plan = replace(plan, talk=plan.talk.heard(answers or (), seconds, asked.limit_s))
+        if answers is not None:
+            deadline_s = self.asking.deadline_s
+            learn(self._refusals, plan.bins, candidates, answers, deadline_s)
+            chosen = choose(candidates, answers, asked.limit_s, deadline_s)
+        if chosen is not None:
+            self._settle(Place(plan.talk.written_into(chosen)), plan)
+        else:
+            self._start_plan(plan.bins, ahead=plan.ahead, talk=plan.talk)
+        self.step()
+
+    def _settle(self, outcome: Outcome, plan: Plan) -> None:
+        """The decision is made: carry it out, now or when the arm is free."""
+        self._plan = None
+        if isinstance(outcome, Reject):
+            self._reject(outcome, plan)
+        elif plan.ahead:
+            if isinstance(outcome, Place):
+                outcome = Place(self._announce(outcome.decision, plan))
+            self._ahead = Ahead(outcome, plan, self._clock())
+        elif self._still_holds(outcome, plan.bins):
+            self._carry_out(outcome, plan, announced=False)
+
+    # --- what to do now ----------------------------------------------------------------------
+
+    def step(self) -> None:
+        """Do what can be done now; called after each input and a few times a second."""
+        now = self._clock()
+        self._time_outs(now)
+        if self._goal is not None:
+            ended = self._goal.end(now)
+            if ended is not None:
+                self._conclude(self._goal, *ended)
+        waiting = self._plan or self._swap or self._new_bins or self._stale_inputs
+        if waiting or not self._alive or self._in.scan is None or self._in.bins is None:
+            return
+        if self._goal is not None:
+            self._plan_ahead(self._goal)
+        elif self._arm_is_free():
+            self._when_free()
+
+    def _time_outs(self, now: float) -> None:
+        if self._alive and now - self._heard_s > SILENCE_S:
+            self.on_executor_lost()
+        if self._new_bins is not None:
+            bin_id, revision, until = self._new_bins
+            bins = self._in.bins.bins if self._in.bins is not None else ()
+            if not any(one.id == bin_id and one.revision <= revision for one in bins):
+                self._new_bins = None
+            elif now > until:
+                self._out.warn(f'bin {bin_id!r} did not change as reported; going on')
+                self._new_bins = None
+        if self._swap is not None and now - self._swap[1] > SWAP_TIMEOUT_S:
+            self._out.warn(f'no answer to swap_bin within {SWAP_TIMEOUT_S:g} s')
+            self._swap = None
+        asked = self._asked
+        if asked is not None:
+            since_s = max(asked.asked_s, self._free_s)
+            patience_s = len(asked.planned.candidates()) * self.asking.timeout_s
+            if now - since_s > (patience_s if self._goal is None else HIDDEN_TIMEOUT_S):
+                self._out.warn('no answer to check_placements; going on with the first choice')
+                self.on_checked(asked.plan.number, None)
+
+    def _arm_is_free(self) -> bool:
+        heartbeat = self._in.heartbeat
+        if heartbeat is None:
+            return False
+        if heartbeat.mode is Mode.EXECUTING and heartbeat.active_box_id == self._last_box:
+            # the heartbeat is older than the report of our own goal
+            return self._clock() - self._free_s < 0.5
+        return heartbeat.mode is Mode.IDLE
+
+    def _when_free(self) -> None:
+        ahead, self._ahead = self._ahead, None
+        if ahead is not None and self._still_holds(ahead.outcome, ahead.plan.bins):
+            self._carry_out(ahead.outcome, ahead.plan, announced=True, ready_s=ahead.ready_s)
+        elif self._patience.over(self._in, self._clock()):
+            self._start_plan(self._bins(), ahead=False)
+
+    def _plan_ahead(self, goal: Goal) -> None:
+        if not goal.picked or goal.report is not None:
+            return
+        ahead = self._ahead
+        if ahead is not None:
+            ids = tuple(box.id for box in self._in.available())
+            if isinstance(ahead.outcome, Place):
+                if ahead.outcome.decision.box.id in ids:
+                    return
+            elif ids == ahead.plan.box_ids:
+                return
+            self._ahead = None
+        if any(item.box.id == goal.decision.box.id for item in self._scan().boxes):
+            return
+        if self._patience.enough(self._in):
+            self._start_plan(expected_bins(self._bins(), goal.decision), ahead=True)
+
+    def _start_plan(self, bins: tuple[Bin, ...], *, ahead: bool, talk: Talk | None = None) -> None:
+        """Have a decision computed; ``talk`` is what was said when the arm refused the last one."""
+        self._reject_failed(bins)
+        boxes = self._in.available()[: self.look_ahead]
+        self._numbers += 1
+        self._plan = Plan(
+            self._numbers,
+            bins,
+            tuple(box.id for box in boxes),
+            self._scan().sequence,
+            ahead,
+            talk or Talk(self._in.newest_stamp_s()),
+        )
+        forbidden, laps = self._refusals.snapshot(bins), self._in.laps(boxes)
+        # Mostly the arm can do the first choice; only then more are worth their computing.
+        count = self.asking.candidates if talk is not None else 1
+        self._out.plan(self._numbers, Situation(boxes, bins, forbidden, laps), count)
+
+    def _reject_failed(self, bins: tuple[Bin, ...]) -> None:
+        for box in self._in.available():
+            decision = self._failures.reject(box)
+            if decision is not None:
+                talk = Talk(self._in.newest_stamp_s())
+                plan = Plan(0, bins, (), self._scan().sequence, ahead=False, talk=talk)
+                self._reject(Reject(decision), plan)
+
+    def _still_holds(self, outcome: Outcome, bins: tuple[Bin, ...]) -> bool:
+        """Whether ``outcome`` is still right for the bins and the belt as they are now."""
+        if self._in.bins is None or not same_content(bins, self._bins()):
+            return False
+        if isinstance(outcome, Place):
+            return self._in.is_available(outcome.decision.box.id)
+        return True
+
+    def _carry_out(
+        self, outcome: Outcome, plan: Plan, *, announced: bool, ready_s: float = math.inf
+    ) -> None:
+        if isinstance(outcome, Place):
+            decision = outcome.decision
+            target = next(one for one in self._bins() if one.id == decision.bin_id)
+            if announced:
+                decision = refreshed_target(decision, target)
+            else:
+                decision = self._announce(decision, plan)
+            late = max(0.0, ready_s - self._free_s) if announced else math.inf
+            goal_id = self._out.send(decision, target, min(plan.talk.spent_s, late))
+            self._goal = Goal(decision, target, goal_id, self._clock())
+        elif isinstance(outcome, Close):
+            target = next(one for one in self._bins() if one.id == outcome.target.id)
+            self._out.info(f'closing bin {target.id!r} at {target.fill_rate:.1%}: nothing fits')
+            self._swap = (target, self._clock())
+            self._out.swap(target, outcome.destination)
+        elif isinstance(outcome, Wait):
+            self._stale_inputs = True
+
+    def _announce(self, decision: Decision, plan: Plan) -> Decision:
+        stamped = replace(
+            decision, scan_sequence=plan.scan_sequence, trigger_stamp_s=plan.talk.trigger_s
+        )
+        return self._out.announce(stamped, plan.bins)
+
+    def _reject(self, outcome: Reject, plan: Plan) -> None:
+        decision = self._announce(outcome.decision, plan)
+        self._in.rejected.add(decision.box.id)
+        self._out.warn(f'rejected: {decision.reason}')
+
+    def _conclude(self, goal: Goal, code: ErrorCode, message: str) -> None:
+        """The goal is over: what follows from how it ended."""
+        self._goal = None
+        self._free_s = self._clock()
+        decision = goal.decision
+        self._last_box = decision.box.id
+        if code.box_is_in_bin:
+            self._new_bins = (decision.bin_id, decision.bin_revision, self._free_s + BINS_TIMEOUT_S)
+            self._time_outs(self._clock())
+            return
+        self._ahead = self._plan = self._asked = None
+        bins = self._in.bins.bins if self._in.bins is not None else ()
+        self._refusals.forget_expected(bins)
+        known = (decision.bin_id, decision.bin_revision) in [(b.id, b.revision) for b in bins]
+        # the bins that explain a refusal may have come before it
+        self._stale_inputs = known
+        where = f'box {decision.box.id!r} into bin {decision.bin_id!r} at {decision.corner_mm} mm'
+        self._out.warn(f'{code.name} ({code.value}), {where}: {message}')
+        self._failures.add(decision.box.id, code, message)
+        if code is ErrorCode.DUPLICATE_BOX:
+            self._in.rejected.add(decision.box.id)
+            return
+        if code not in TRANSIENT:
+            # a motion that failed is likely to fail again: to be avoided like a refused one
+            self._refusals.learn(goal.target, decision, code)
+        self._in.doubt(decision.box, goal.report)
+        if code >= ErrorCode.GRASP_FAILED:
+            self._stale_inputs = not self._in.is_available(decision.box.id)
+        elif code not in TRANSIENT:
+            # the refusal itself is new: nothing else has to change before the next try
+            self._stale_inputs = False
+
+    def _scan(self) -> Scan:
+        assert self._in.scan is not None
+        return self._in.scan
+
+    def _bins(self) -> tuple[Bin, ...]:
+        assert self._in.bins is not None
+        return self._in.bins.bins

@@ -1,0 +1,157 @@
+"""Which of the planner's candidates is carried out, by what the arm answers about them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from pack_msgs_py.cell_values import Decision
+from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.values import Bin
+from pack_planner.coordination.alternatives import Planned
+from pack_planner.decision.refusals import Refusals
+
+#: Left of the deadline for sending the goal, and for what the arm plans anew.
+MARGIN_S = 0.1
+#: An arm that is moving may take this long to answer; nobody waits for it meanwhile.
+HIDDEN_TIMEOUT_S = 5.0
+
+#: Endings, and answers, that say nothing about the placement.
+TRANSIENT = frozenset(
+    {
+        ErrorCode.UNKNOWN,
+        ErrorCode.STALE_BIN_REVISION,
+        ErrorCode.BUSY,
+        ErrorCode.NOT_ACTIVE,
+        ErrorCode.BOX_NOT_ON_BELT,
+        ErrorCode.STALE_GOAL,
+        ErrorCode.START_STATE_INVALID,
+        ErrorCode.BOX_NOT_PRESENTED,
+        ErrorCode.CANCELED,
+        ErrorCode.PROTECTIVE_STOP,
+    }
+)
+
+
+@dataclass(frozen=True)
+class Asking:
+    """How the arm is asked: about so many ``candidates`` at most (0: not at all), in what time.
+
+    ``timeout_s`` is how long the answer for each may take that no motion hides, ``deadline_s`` the
+    time for a box.
+    """
+
+    candidates: int = 0
+    timeout_s: float = 1.0
+    deadline_s: float = 5.5
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What the arm says of one candidate; ``motion_s`` is the time that it would take."""
+
+    code: ErrorCode
+    motion_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class Talk:
+    """What was said so far about one decision, over all rounds of candidates.
+
+    ``first`` is the planner's first choice and ``first_refusal`` why the arm cannot do it;
+    ``planning_s`` and ``check_s`` are what all rounds took, ``trigger_s`` the stamp of the
+    youngest input when they began.
+    """
+
+    trigger_s: float
+    first: Decision | None = None
+    first_refusal: ErrorCode = ErrorCode.NONE
+    checked: int = 0
+    planning_s: float = 0.0
+    check_s: float = 0.0
+
+    @property
+    def begun(self) -> bool:
+        """Whether the arm has refused candidates before."""
+        return self.checked > 0
+
+    @property
+    def spent_s(self) -> float:
+        """What the decision has cost so far."""
+        return self.planning_s + self.check_s
+
+    def limit_s(self, deadline_s: float, *, hidden: bool) -> float:
+        """Motion that still fits before the deadline; what a motion hides costs nothing."""
+        return deadline_s - MARGIN_S - (0.0 if hidden else self.spent_s)
+
+    def thought(self, planned: Planned) -> Talk:
+        """After one more round of planning."""
+        candidates = planned.candidates()
+        if not candidates:
+            return self
+        seconds = sum(one.planning_s for one in candidates)
+        first = self.first or candidates[0]
+        return replace(self, first=first, planning_s=self.planning_s + seconds)
+
+    def heard(self, answers: Sequence[Answer], seconds: float, limit_s: float) -> Talk:
+        """After the arm has answered; what takes longer than ``limit_s`` counts as refused."""
+        looked_at = [one for one in answers if one.code not in TRANSIENT]
+        refusal = self.first_refusal
+        if not self.begun and looked_at:
+            refusal = refusal_of(looked_at[0], limit_s)
+        checked = self.checked + len(looked_at)
+        return replace(self, checked=checked, check_s=self.check_s + seconds, first_refusal=refusal)
+
+    def written_into(self, decision: Decision) -> Decision:
+        """``decision`` with what was said about it."""
+        first = decision if self.first is None else self.first
+        return replace(
+            decision,
+            planning_s=self.planning_s,
+            candidates_checked=self.checked,
+            check_s=self.check_s,
+            first_objective=first.objective,
+            first_refusal=self.first_refusal,
+        )
+
+
+def refusal_of(answer: Answer, limit_s: float) -> ErrorCode:
+    """Why a candidate cannot be done; ``NONE`` when it can, or when nobody knows."""
+    if answer.code is ErrorCode.NONE and answer.motion_s > limit_s:
+        return ErrorCode.DEADLINE_UNREACHABLE
+    return ErrorCode.NONE if answer.code in TRANSIENT else answer.code
+
+
+def choose(
+    candidates: Sequence[Decision], answers: Sequence[Answer], limit_s: float, deadline_s: float
+) -> Decision | None:
+    """The first candidate that the arm can do in time; ``None`` when it refuses all of them.
+
+    Of those that would do but for the time that the talk itself took, the quickest; of those about
+    which the arm says nothing, the first: the goal will show.
+    """
+    pairs = list(zip(candidates, answers, strict=True))
+    able = [(one, answer) for one, answer in pairs if answer.code is ErrorCode.NONE]
+    for one, answer in able:
+        if answer.motion_s <= limit_s:
+            return one
+    known = [(answer.motion_s, i) for i, (_, answer) in enumerate(able)]
+    if known and min(known)[0] <= deadline_s - MARGIN_S:
+        return able[min(known)[1]][0]
+    return next((one for one, answer in pairs if answer.code in TRANSIENT), None)
+
+
+def learn(
+    refusals: Refusals,
+    bins: Sequence[Bin],
+    candidates: Sequence[Decision],
+    answers: Sequence[Answer],
+    deadline_s: float,
+) -> None:
+    """Remember which of ``candidates`` the arm cannot do in ``bins``, whoever asks when."""
+    by_id = {one.id: one for one in bins}
+    for one, answer in zip(candidates, answers, strict=True):
+        refusal = refusal_of(answer, deadline_s - MARGIN_S)
+        if refusal is not ErrorCode.NONE:
+            too_slow = refusal is ErrorCode.DEADLINE_UNREACHABLE
+            refusals.learn(by_id[one.bin_id], one, refusal, lasting=too_slow)

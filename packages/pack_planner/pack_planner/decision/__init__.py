@@ -1,0 +1,1 @@
+"""One decision: which box, which bin, where; and when a bin is closed."""

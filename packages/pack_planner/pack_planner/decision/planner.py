@@ -1,0 +1,258 @@
+"""One decision: from what lies on the belt and in the bins to what is to be done."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from pack_msgs_py.cell_values import Decision, Pose
+from pack_msgs_py.codes import PlacementStatus, Reason
+from pack_msgs_py.orientation import QUATERNIONS, oriented_size
+from pack_msgs_py.rules import may_enter
+from pack_msgs_py.values import Bin, Box, PlacedBox, Vec3
+from pack_planner.algorithms.base import Memory
+from pack_planner.algorithms.warm_up import warm_up
+from pack_planner.decision.bin_closing import next_destination
+from pack_planner.decision.policy import Settings, Situation, by_wait, next_step
+from pack_planner.engine import Engine, Weights
+
+__all__ = [
+    'Close', 'Outcome', 'Place', 'Planner', 'Reject', 'Settings', 'Situation', 'Wait',
+    'expected_bins', 'refreshed_target', 'rest_height_mm', 'target_pose',
+]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Place:
+    """Put this box there; ``decision`` lacks only sequence numbers and stamps."""
+
+    decision: Decision
+
+
+@dataclass(frozen=True)
+class Close:
+    """Nothing fits: close this bin; ``destination`` is whom the next one serves, empty for any."""
+
+    target: Bin
+    destination: str = ''
+
+
+@dataclass(frozen=True)
+class Reject:
+    """This box can go into no bin; ``decision`` says why."""
+
+    decision: Decision
+
+
+@dataclass(frozen=True)
+class Wait:
+    """There is nothing to decide, and why."""
+
+    reason: str
+
+
+Outcome = Place | Close | Reject | Wait
+
+
+class Planner:
+    """Decides under the settings of the moment; keeps what makes the next decision cheaper."""
+
+    def __init__(self, settings: Settings, clock: Callable[[], float]) -> None:
+        """``clock`` returns seconds of a steady clock."""
+        self._clock = clock
+        self._memory = Memory()
+        self._engines: dict[Weights, Engine] = {}
+        self.use(settings)
+
+    def use(self, settings: Settings) -> None:
+        """Decide under ``settings`` from now on."""
+        warm_up(settings.algorithm, settings.profile, settings.backend)
+        kept = {
+            weights: engine
+            for weights, engine in self._engines.items()
+            if engine.profile == settings.profile
+        }
+        self._engines = {
+            weights: kept.get(weights) or Engine(settings.profile, weights)
+            for weights in settings.weights.every()
+        }
+        self._settings = settings
+
+    def decide(self, situation: Situation) -> Outcome:
+        """What to do next.
+
+        Boxes that no empty bin takes come first, since they block a place on the belt. Then
+        :func:`pack_planner.decision.policy.next_step` places one or closes a bin. Bins of several
+        kinds count with the weights of the oldest.
+        """
+        started = self._clock()
+        if not situation.boxes:
+            return Wait('the belt is empty')
+        if not situation.bins:
+            return Wait('no bin is open')
+        engine = self._engines[self._settings.weights.of(situation.bins[0].spec)]
+        for box in situation.boxes:
+            rejected = self._why_reject(engine, box, situation)
+            if rejected is not None:
+                reason, text = rejected
+                return Reject(self._reject(box, reason, text, started))
+        choice = next_step(self._settings, engine, situation, self._memory)
+        if choice is None:
+            return Wait('no box fits and every bin is empty')
+        if isinstance(choice, Bin):
+            left = [one for one in situation.bins if one.id != choice.id]
+            return Close(choice, next_destination(choice, by_wait(situation), left))
+        candidate = choice.candidate
+        target = situation.bins[candidate.bin_index]
+        engine.check(candidate, target)
+        placed = candidate.placed
+        return Place(
+            Decision(
+                box=placed.box,
+                bin_id=target.id,
+                bin_serial=target.serial,
+                bin_revision=target.revision,
+                orientation=placed.orientation,
+                corner_mm=placed.corner_mm,
+                size_mm=placed.size_mm,
+                target=target_pose(placed, target),
+                objective=candidate.objective,
+                algorithm=self._settings.algorithm,
+                profile=self._settings.profile.name,
+                status=choice.status,
+                reason=choice.reason,
+                planning_s=self._clock() - started,
+            )
+        )
+
+    def _reject(self, box: Box, reason: Reason, text: str, started: float) -> Decision:
+        return Decision(
+            box=box,
+            algorithm=self._settings.algorithm,
+            profile=self._settings.profile.name,
+            status=PlacementStatus.REJECT,
+            reject_reason=reason,
+            reason=text,
+            planning_s=self._clock() - started,
+        )
+
+    def _why_reject(
+        self, engine: Engine, box: Box, situation: Situation
+    ) -> tuple[Reason, str] | None:
+        bins = situation.bins
+        too_heavy = engine.overweight(box)
+        if too_heavy:
+            return Reason.OVERWEIGHT, f'box {box.id!r} {too_heavy}'
+        if not any(engine.fits_empty_bin(box, one.spec) for one in bins):
+            size = 'x'.join(f'{edge:g}' for edge in box.size_mm)
+            kinds = ', '.join(sorted({one.spec.name for one in bins}))
+            rule = self._settings.profile.orientations
+            return (
+                Reason.OVERSIZE,
+                f'box {box.id!r} of {size} mm fits no empty {kinds} bin, orientations {rule!r}',
+            )
+        if not box.destination and all(one.destination for one in bins):
+            text = f'box {box.id!r} has no destination, and every open bin serves one'
+            return Reason.INVALID_DATA, text
+        for one in bins:
+            refused = situation.forbidden.refused(box, one)
+            if one.boxes or not refused or _may_go_elsewhere(box, one, situation):
+                continue
+            models = [engine.model(other) for other in bins]
+            if engine.best_placement(box, models, situation.forbidden) is None:
+                text = (
+                    f'the arm refused box {box.id!r} {len(refused)} times in the empty bin '
+                    f'{one.id!r} and no other placement is left'
+                )
+                return Reason.UNREACHABLE, text
+        return None
+
+
+def _may_go_elsewhere(box: Box, refusing: Bin, situation: Situation) -> bool:
+    """Whether the arm may reach a place for ``box`` at a station whose bin is not empty yet.
+
+    What is too far or too slow at one station need not be so at another. Then the box waits, or a
+    bin is closed there when nothing else fits.
+    """
+    if situation.forbidden.too_much_for_the_arm(box, refusing):
+        return False
+    stations = {one.station for one in situation.bins if not one.boxes}
+    return any(
+        one.station not in stations and may_enter(box, one.destination)
+        for one in situation.bins
+        if one.boxes
+    )
+
+
+def target_pose(placed: PlacedBox, target: Bin) -> Pose:
+    """Pose of the box's centre at rest, bin frame, metres.
+
+    x and y are the centre of the reserved rectangle. z is where the box will physically come to
+    rest, which lies below the planned height as far as sizes were rounded up under it.
+    """
+    (x, y, _), (dx, dy, _) = placed.corner_mm, placed.size_mm
+    height = oriented_size(placed.box.size_mm, placed.orientation)[2]
+    z = rest_height_mm(placed, target.boxes) + height / 2
+    return Pose(
+        ((x + dx / 2) / 1000, (y + dy / 2) / 1000, z / 1000), QUATERNIONS[placed.orientation]
+    )
+
+
+def rest_height_mm(placed: PlacedBox, others: tuple[PlacedBox, ...]) -> float:
+    """Height above the floor at which the base of ``placed`` comes to rest, millimetres.
+
+    The highest top, as measured or else as planned, among the boxes that lie under it both by plan
+    and with their true sizes where they were measured.
+    """
+    if placed.corner_mm[2] == 0:
+        return 0.0
+    tops = [
+        _top_mm(other)
+        for other in others
+        if other.top_mm <= placed.corner_mm[2]
+        and all(
+            other.corner_mm[axis] < placed.far_mm[axis]
+            and placed.corner_mm[axis] < other.far_mm[axis]
+            and _true_overlap(placed, other, axis)
+            for axis in (0, 1)
+        )
+    ]
+    return max(tops, default=float(placed.corner_mm[2]))
+
+
+def _centre_mm(placed: PlacedBox) -> Vec3:
+    if placed.measured_mm is not None:
+        return placed.measured_mm
+    (x, y, z), (dx, dy, dz) = placed.corner_mm, placed.size_mm
+    return (x + dx / 2, y + dy / 2, z + dz / 2)
+
+
+def _true_overlap(one: PlacedBox, other: PlacedBox, axis: int) -> bool:
+    reach = sum(oriented_size(p.box.size_mm, p.orientation)[axis] for p in (one, other)) / 2
+    return abs(_centre_mm(one)[axis] - _centre_mm(other)[axis]) < reach
+
+
+def _top_mm(other: PlacedBox) -> float:
+    if other.measured_mm is None:
+        return float(other.top_mm)
+    return other.measured_mm[2] + oriented_size(other.box.size_mm, other.orientation)[2] / 2
+
+
+def expected_bins(bins: tuple[Bin, ...], decision: Decision) -> tuple[Bin, ...]:
+    """The bins as they will be when ``decision`` has been carried out."""
+    x, y, z = (1000.0 * value for value in decision.target.position)
+    placed = PlacedBox(
+        decision.box, decision.corner_mm, decision.size_mm, decision.orientation, (x, y, z)
+    )
+    return tuple(
+        replace(one, boxes=(*one.boxes, placed), revision=decision.bin_revision + 1)
+        if one.id == decision.bin_id
+        else one
+        for one in bins
+    )
+
+
+def refreshed_target(decision: Decision, target: Bin) -> Decision:
+    """``decision`` with its pose on the boxes of ``target`` as they were measured since."""
+    placed = PlacedBox(decision.box, decision.corner_mm, decision.size_mm, decision.orientation)
+    return replace(decision, target=target_pose(placed, target))

@@ -1,0 +1,154 @@
+"""What to do next with the boxes on offer and the open bins; node and benchmark share it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+
+from pack_msgs_py.profiles import Profile
+from pack_msgs_py.rules import may_enter
+from pack_msgs_py.values import Bin, Box
+from pack_planner.algorithms import Choice, Problem, find_algorithm
+from pack_planner.algorithms.base import Memory
+from pack_planner.decision.bin_closing import bin_to_close
+from pack_planner.decision.options import Options
+from pack_planner.decision.refusals import Forbidden
+from pack_planner.decision.weights import WeightTable
+from pack_planner.engine import Engine
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How to decide: algorithm, rules, weights, what it may cost, and :class:`Options`."""
+
+    algorithm: str
+    profile: Profile
+    weights: WeightTable = field(default_factory=WeightTable)
+    budget_s: float = 5.0
+    node_limit: int | None = None
+    backend: str = 'search'
+    options: Options = field(default_factory=Options)
+
+
+@dataclass(frozen=True)
+class Situation:
+    """What a decision rests on.
+
+    Attributes
+    ----------
+    boxes : the look-ahead in the order of the belt, nearest first.
+    bins : the open bins, oldest first.
+    forbidden : placements that the arm refused.
+    passed_over : for each of ``boxes``, how often another one was taken while it was on offer;
+        empty when nobody counts.
+    """
+
+    boxes: tuple[Box, ...]
+    bins: tuple[Bin, ...]
+    forbidden: Forbidden = field(default_factory=Forbidden)
+    passed_over: tuple[int, ...] = ()
+
+
+def next_step(
+    settings: Settings, engine: Engine, situation: Situation, memory: Memory | None = None
+) -> Choice | Bin | None:
+    """The placement to make, else the bin to close, else ``None``: every bin is empty.
+
+    Boxes that no open bin serves wait, without blocking the others, until a bin is closed; one is
+    closed for them when they have been passed over as often as they may. Of the others, those that
+    have been passed over as often as they may are the only ones on offer; see
+    :func:`due`. When no bin could be closed, a box is placed without constraints for efficient
+    packing rather than not at all.
+    """
+    options = settings.options
+    served = _served(situation)
+    overdue = _overdue(situation, options.max_passed_over)
+    if overdue or not served.boxes:
+        return bin_to_close(options.closing, engine, overdue or situation.boxes, situation.bins)
+    boxes = due(served.boxes, served.passed_over, options.max_passed_over)
+    models = tuple(engine.model(one) for one in situation.bins)
+
+    def choose(*, cep: bool) -> Choice | None:
+        return find_algorithm(settings.algorithm)(
+            Problem(
+                engine, boxes, models, situation.forbidden, settings.budget_s, settings.node_limit,
+                memory, settings.backend, cep, options.sort, options.selection,
+                options.large_until,
+            )
+        )  # fmt: skip
+
+    choice = choose(cep=options.cep)
+    if choice is not None:
+        return choice
+    closing = bin_to_close(options.closing, engine, boxes, situation.bins)
+    if closing is None and options.cep:
+        return choose(cep=False)
+    return closing
+
+
+def _is_served(box: Box, bins: Sequence[Bin]) -> bool:
+    return any(may_enter(box, one.destination) for one in bins)
+
+
+def _overdue(situation: Situation, limit: int) -> tuple[Box, ...]:
+    """Boxes that no open bin serves, passed over ``limit`` times or more; 0 for no limit."""
+    boxes, counts = situation.boxes, situation.passed_over
+    if limit == 0 or len(counts) != len(boxes):
+        return ()
+    return tuple(
+        box
+        for box, count in zip(boxes, counts, strict=True)
+        if count >= limit and box.destination and not _is_served(box, situation.bins)
+    )
+
+
+def by_wait(situation: Situation) -> tuple[Box, ...]:
+    """The boxes on offer, those first that were passed over most, then as on the belt."""
+    boxes, counts = situation.boxes, situation.passed_over
+    if len(counts) != len(boxes):
+        return boxes
+    order = sorted(range(len(boxes)), key=lambda index: -counts[index])
+    return tuple(boxes[index] for index in order)
+
+
+def _served(situation: Situation) -> Situation:
+    """The same without the boxes that may enter none of the open bins."""
+    boxes, counts = situation.boxes, situation.passed_over
+    chosen = [i for i, box in enumerate(boxes) if _is_served(box, situation.bins)]
+    if len(counts) == len(boxes):
+        counts = tuple(counts[i] for i in chosen)
+    return replace(situation, boxes=tuple(boxes[i] for i in chosen), passed_over=counts)
+
+
+def due(boxes: tuple[Box, ...], passed_over: Sequence[int], limit: int) -> tuple[Box, ...]:
+    """The boxes of which one must be next, so that none is passed over more than ``limit`` times.
+
+    All of ``boxes`` while there is time for each; with ``limit`` 0 always. Of n boxes on offer one
+    may have to wait for n - 1 others, so a smaller ``limit`` counts as n - 1.
+    """
+    if limit == 0 or len(passed_over) != len(boxes):
+        return boxes
+    limit = max(limit, len(boxes) - 1)
+    order = sorted(range(len(boxes)), key=lambda index: (-passed_over[index], index))
+    for place, index in enumerate(order):
+        # the boxes up to this place need every decision that is left to them
+        if limit - passed_over[index] <= place:
+            return tuple(boxes[chosen] for chosen in sorted(order[: place + 1]))
+    return boxes
+
+
+class PassedOver:
+    """Counts how often each box on offer was passed over, where no belt does."""
+
+    def __init__(self) -> None:
+        self._counts: dict[str, int] = {}
+
+    def of(self, boxes: Iterable[Box]) -> tuple[int, ...]:
+        """The counts of ``boxes``, in their order."""
+        return tuple(self._counts.get(box.id, 0) for box in boxes)
+
+    def take(self, taken: Box, boxes: Iterable[Box]) -> None:
+        """``taken`` was placed, the others of ``boxes`` were not."""
+        self._counts = {
+            box.id: self._counts.get(box.id, 0) + 1 for box in boxes if box.id != taken.id
+        }

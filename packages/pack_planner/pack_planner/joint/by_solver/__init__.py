@@ -1,0 +1,1 @@
+"""MPack as literal models for CP-SAT and MILP solvers."""

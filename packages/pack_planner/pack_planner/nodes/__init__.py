@@ -1,1 +1,0 @@
-"""Parts of the node: what it asks the arm, and what it says of itself."""

@@ -1,0 +1,56 @@
+"""Asks the arm about candidates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Any
+
+from rclpy.node import Node
+
+from pack_msgs.srv import CheckPlacements
+from pack_msgs_py.cell_values import Decision
+from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.ros.conversions import decision_to_ros
+from pack_planner.coordination.negotiation import Answer
+
+#: Takes the number of a request and the answers, ``None`` when the arm cannot be asked.
+Heard = Callable[[int, 'Sequence[Answer] | None'], None]
+
+
+class ArmAsker:
+    """The client of `check_placements`, one request at a time."""
+
+    def __init__(self, node: Node, heard: Heard) -> None:
+        self._client = node.create_client(CheckPlacements, 'check_placements')
+        self._heard = heard
+        self._pending: Any = None
+
+    def ask(
+        self,
+        number: int,
+        candidates: Sequence[Decision],
+        frames: Mapping[str, str],
+        enough_s: float,
+    ) -> None:
+        """Ask; ``frames`` are those of the bins by id. The one before has been given up by now."""
+        if self._pending is not None:
+            # nobody else would ever take it off the list when its answer stays away
+            self._client.remove_pending_request(self._pending)
+            self._pending = None
+        if not self._client.service_is_ready():
+            self._heard(number, None)
+            return
+        request = CheckPlacements.Request(
+            candidates=[decision_to_ros(one, frames.get(one.bin_id, '')) for one in candidates],
+            enough=enough_s,
+        )
+        self._pending = self._client.call_async(request)
+        self._pending.add_done_callback(partial(self._answered, number))
+
+    def _answered(self, number: int, future: Any) -> None:  # noqa: ANN401 - rclpy's future
+        self._pending = None
+        if future.cancelled() or future.result() is None:
+            return
+        checks = future.result().checks
+        self._heard(number, [Answer(ErrorCode(one.error_code), one.motion_time) for one in checks])

@@ -1,0 +1,352 @@
+"""Node `planner`: decides which box of the look-ahead goes where, and has the arm do it.
+
+Subscribes
+----------
+- `box_scan`: what is on the belt.
+- `bin_state`: what is in the open bins.
+- `executor_state`: heartbeat of the arm; its absence means the arm is dead.
+- `placement_report`: how each goal ended.
+- `box_event`: what happened to boxes.
+
+Publishes
+---------
+- `placements`: every decision as it is made.
+- `/diagnostics`: once a second, what it decides with and how fast.
+
+Calls
+-----
+- `place_box` (action): one goal at a time.
+- `check_placements` (service): which of its best candidates the arm can do.
+- `swap_bin` (service): when nothing fits into the open bins.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+import uuid
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any, TypeVar
+
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.action import ActionClient
+from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from unique_identifier_msgs.msg import UUID  # type: ignore[import-untyped]
+
+from pack_msgs.action import PlaceBox
+from pack_msgs.msg import (
+    BinState,
+    BinStateArray,
+    BoxScan,
+    ExecutorState,
+    Placement,
+    PlacementReport,
+)
+from pack_msgs.msg import BoxEvent as BoxEventMsg
+from pack_msgs.srv import SwapBin
+from pack_msgs_py.cell_values import Decision
+from pack_msgs_py.codes import Mode
+from pack_msgs_py.parameters import check_value, parameter_fields
+from pack_msgs_py.ros import qos
+from pack_msgs_py.ros.conversions import (
+    bins_from_ros,
+    decision_to_ros,
+    event_from_ros,
+    pose_to_ros,
+    report_from_ros,
+    scan_from_ros,
+    time_from_ros,
+    time_to_ros,
+)
+from pack_msgs_py.ros.parameters import declare_parameters
+from pack_msgs_py.ros.run_node import run_node
+from pack_msgs_py.values import Bin, frame_name
+from pack_planner.coordination.alternatives import Planned, planned, quick
+from pack_planner.coordination.coordinator import Coordinator
+from pack_planner.coordination.inputs import Heartbeat, check_scan
+from pack_planner.coordination.negotiation import Asking
+from pack_planner.coordination.patience import Patience
+from pack_planner.coordination.worker import Worker
+from pack_planner.decision.pick_point import pick_pose
+from pack_planner.decision.planner import Planner
+from pack_planner.decision.policy import Situation
+from pack_planner.parameters import PlannerParameters, settings
+from pack_planner.ros.asking import ArmAsker
+from pack_planner.ros.diagnostics import Diagnostics
+
+STEP_PERIOD_S = 0.1
+#: Number of the job that only warms up; decisions count from 1.
+WARM_UP = 0
+#: Longest that a stopping node waits for a computation that cannot be interrupted.
+STOP_TIMEOUT_S = 1.0
+
+M = TypeVar('M')
+Result = tuple[int, 'Planned | None', str]
+
+
+class PlannerNode(Node):
+    """See the module."""
+
+    def __init__(self, **node_options: Any) -> None:  # noqa: ANN401 - rclpy's own options
+        """``node_options`` go to :class:`rclpy.node.Node`."""
+        super().__init__('planner', **node_options)
+        self.parameters = declare_parameters(self, PlannerParameters)
+        settings(self.parameters)  # refuses what no single parameter can tell
+        self.add_on_set_parameters_callback(self._change)
+        self._sequence = 0
+        self._known_bins: dict[str, Bin] = {}
+        self._planner: Planner | None = None
+        self._follower: Planner | None = None
+        self._guard = self.create_guard_condition(self._fetch)
+        self._worker: Worker[Result] = Worker(self._guard.trigger, 'planning')
+        self._worker.submit(partial(self._answer, WARM_UP, None, 1))
+        p = self.parameters
+        asking = Asking(p.candidates, p.check_timeout_s, p.deadline_s)
+        patience = Patience(p.look_ahead, p.min_look_ahead, p.patience_s)
+        self.coordinator = Coordinator(self, time.monotonic, p.look_ahead, asking, patience)
+
+        self._decisions = self.create_publisher(Placement, 'placements', qos.TOPICS['placements'])
+        self._action = ActionClient(self, PlaceBox, 'place_box')
+        self._swap_bin = self.create_client(SwapBin, 'swap_bin')
+        self._asker = ArmAsker(self, self.coordinator.on_checked)
+        self._diagnostics = Diagnostics(self)
+        self._listen(
+            PlacementReport,
+            'placement_report',
+            lambda msg: self.coordinator.on_report(report_from_ros(msg)),
+        )
+        self._listen(
+            BoxEventMsg, 'box_event', lambda msg: self.coordinator.on_event(event_from_ros(msg))
+        )
+        self._listen(ExecutorState, 'executor_state', self._on_heartbeat, self._death_events())
+        self._bins_subscription = self._listen(BinStateArray, 'bin_state', self._on_bins)
+        self._listen(BoxScan, 'box_scan', self._on_scan)
+        self._refresh_wanted = False
+        self.create_timer(STEP_PERIOD_S, self._tick)
+        self.get_logger().info(
+            f'planning with {p.algorithm}, profile {p.profile}, look-ahead {p.look_ahead}; '
+            'waiting for the belt and the arm'
+        )
+
+    def stop(self) -> bool:
+        """Stop computing; whether the computation that was running has ended."""
+        return self._worker.stop(STOP_TIMEOUT_S)
+
+    # --- inputs ------------------------------------------------------------------------------
+
+    def _listen(
+        self,
+        kind: type[M],
+        topic: str,
+        take: Callable[[M], None],
+        events: SubscriptionEventCallbacks | None = None,
+    ) -> Any:  # noqa: ANN401 - rclpy's subscription is generic only in later releases
+        """Subscribe; what cannot be used is reported and costs nothing else."""
+
+        def receive(msg: M) -> None:
+            try:
+                take(msg)
+            except ValueError as error:
+                self.get_logger().error(f'{topic} ignored: {error}', throttle_duration_sec=5.0)
+
+        return self.create_subscription(
+            kind, topic, receive, qos.TOPICS[topic], event_callbacks=events
+        )
+
+    def _death_events(self) -> SubscriptionEventCallbacks:
+        """The QoS events that tell of a dead or hung executor."""
+
+        def liveliness(event: Any) -> None:  # noqa: ANN401 - rclpy's event has no public type
+            if event.alive_count == 0:
+                self.coordinator.on_executor_lost()
+
+        def deadline(event: Any) -> None:  # noqa: ANN401 - as above
+            self.get_logger().warning('the heartbeat of the arm is late', throttle_duration_sec=5.0)
+
+        return SubscriptionEventCallbacks(
+            liveliness=liveliness, deadline=deadline, use_default_callbacks=False
+        )
+
+    def _on_scan(self, msg: BoxScan) -> None:
+        scan, errors = scan_from_ros(msg)
+        for error in errors:
+            self.get_logger().error(f'box left out: {error}', throttle_duration_sec=5.0)
+        self.coordinator.on_scan(check_scan(scan, self._now_s()), len(errors))
+
+    def _on_bins(self, msg: BinStateArray) -> None:
+        """Convert only bins that changed: a full bin is the largest message of the cell."""
+        changed = [one for one in msg.bins if not self._is_known(one)]
+        known = [one for one in msg.bins if self._is_known(one)]
+        array = BinStateArray(header=msg.header, revision=msg.revision, bins=changed)
+        snapshot = bins_from_ros(array)
+        bins = (*snapshot.bins, *(self._known_bins[one.bin_id] for one in known))
+        self._known_bins = {one.id: one for one in bins}
+        ordered = tuple(sorted(bins, key=lambda one: one.serial))
+        self.coordinator.on_bins(replace(snapshot, bins=ordered))
+
+    def _is_known(self, msg: BinState) -> bool:
+        known = self._known_bins.get(msg.bin_id)
+        return (
+            known is not None
+            and msg.status == BinState.STATUS_OPEN
+            and (known.serial, known.revision) == (msg.serial, msg.revision)
+        )
+
+    def _on_heartbeat(self, msg: ExecutorState) -> None:
+        self.coordinator.on_heartbeat(
+            Heartbeat(Mode(msg.mode), msg.active_box_id, time_from_ros(msg.header.stamp))
+        )
+
+    def _tick(self) -> None:
+        if self._refresh_wanted:
+            self._refresh_wanted = False
+            self._known_bins.clear()
+            self.destroy_subscription(self._bins_subscription)
+            self._bins_subscription = self._listen(BinStateArray, 'bin_state', self._on_bins)
+        self.coordinator.step()
+
+    def _change(self, changes: list[Parameter]) -> SetParametersResult:
+        """Take changed parameters; they hold from the next decision on."""
+        specs = {one.name: one for one in parameter_fields(PlannerParameters)}
+        try:
+            values: dict[str, Any] = {
+                one.name: check_value(specs[one.name], one.value)
+                for one in changes
+                if one.name in specs
+            }
+            wanted = replace(self.parameters, **values)
+            settings(wanted)
+        except ValueError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        self.parameters = wanted
+        self.coordinator.asking = Asking(
+            wanted.candidates, wanted.check_timeout_s, wanted.deadline_s
+        )
+        return SetParametersResult(successful=True)
+
+    # --- computing ---------------------------------------------------------------------------
+
+    def _ready_planner(self) -> Planner:
+        """The planner under the parameters of now; the first call compiles the search."""
+        wanted = settings(self.parameters)
+        if self._planner is None:
+            self._planner = Planner(wanted, time.perf_counter)
+        self._planner.use(wanted)
+        return self._planner
+
+    def _ready_follower(self) -> Planner:
+        """Who names alternatives: the planner itself, or a quick one instead of a thorough one."""
+        wanted = quick(settings(self.parameters))
+        if self._follower is None:
+            self._follower = Planner(wanted, time.perf_counter)
+        else:
+            self._follower.use(wanted)
+        return self._follower
+
+    def _answer(self, number: int, situation: Situation | None, count: int) -> Result:
+        """A job of the worker; without a situation it only warms up."""
+        try:
+            planner = follower = self._ready_planner()
+            if quick(settings(self.parameters)) != settings(self.parameters):
+                follower = self._ready_follower()
+            if situation is None:
+                return (number, None, '')
+            return (number, planned(planner.decide, follower.decide, situation, count), '')
+        except Exception as error:
+            # whatever went wrong with one decision, the node must go on hearing the arm
+            return (number, None, f'{type(error).__name__}: {error}')
+
+    def _fetch(self) -> None:
+        for number, found, error in self._worker.fetch():
+            self.coordinator.on_planned(number, found, error)
+
+    def plan(self, number: int, situation: Situation, candidates: int) -> None:
+        """Compute a decision in the worker's thread."""
+        self._worker.submit(partial(self._answer, number, situation, candidates))
+
+    # --- outputs -----------------------------------------------------------------------------
+
+    def announce(self, decision: Decision, bins: tuple[Bin, ...]) -> Decision:
+        """Publish a decision on `placements`; returns it numbered and stamped."""
+        self._sequence += 1
+        stamped = replace(decision, sequence=self._sequence, stamp_s=self._now_s())
+        self._decisions.publish(decision_to_ros(stamped, _frame(stamped, bins)))
+        self._diagnostics.note(stamped)
+        return stamped
+
+    def send(self, decision: Decision, target: Bin, unhidden_s: float) -> bytes:
+        """Send the goal of `place_box`; returns its id."""
+        goal_id = uuid.uuid4().bytes
+        goal = PlaceBox.Goal(placement=decision_to_ros(decision, frame_name(target.station)))
+        goal.pick_pose.header.frame_id = 'cell'
+        goal.pick_pose.header.stamp = self.get_clock().now().to_msg()
+        goal.pick_pose.pose = pose_to_ros(pick_pose(decision.box))
+        goal.deadline = time_to_ros(self._now_s() + self.parameters.deadline_s - unhidden_s)
+        if not self._action.server_is_ready():
+            self.get_logger().warning('place_box has no server yet', throttle_duration_sec=5.0)
+        answer = self._action.send_goal_async(goal, goal_uuid=UUID(uuid=list(goal_id)))
+        answer.add_done_callback(partial(self._on_answer, goal_id))
+        return goal_id
+
+    def _on_answer(self, goal_id: bytes, future: Any) -> None:  # noqa: ANN401 - rclpy's future
+        handle = future.result()
+        self.coordinator.on_answer(goal_id, accepted=handle.accepted)
+        if handle.accepted:
+            handle.get_result_async().add_done_callback(partial(self._on_result, goal_id))
+
+    def _on_result(self, goal_id: bytes, future: Any) -> None:  # noqa: ANN401 - rclpy's future
+        report = None
+        try:
+            report = report_from_ros(future.result().result.report)
+        except ValueError as error:
+            self.get_logger().error(f'report in the result of place_box ignored: {error}')
+        self.coordinator.on_result(goal_id, report)
+
+    def check(self, number: int, candidates: Sequence[Decision], enough_s: float) -> None:
+        """Call `check_placements`."""
+        frames = {one.id: frame_name(one.station) for one in self._known_bins.values()}
+        self._asker.ask(number, candidates, frames, enough_s)
+
+    def swap(self, target: Bin, destination: str) -> None:
+        """Call `swap_bin`."""
+        request = SwapBin.Request(
+            bin_id=target.id, bin_revision=target.revision, destination=destination
+        )
+        answer = self._swap_bin.call_async(request)
+        answer.add_done_callback(self._on_swapped)
+
+    def _on_swapped(self, future: Any) -> None:  # noqa: ANN401 - rclpy's future
+        response = future.result()
+        self.coordinator.on_swapped(success=response.success, message=response.message)
+
+    def refresh_bins(self) -> None:
+        """Subscribe to `bin_state` anew: that brings the current one for sure."""
+        self._refresh_wanted = True
+
+    def info(self, text: str) -> None:
+        """Log for the operator."""
+        self.get_logger().info(text)
+
+    def warn(self, text: str) -> None:
+        """Log for the operator, what repeats at most every other second."""
+        self.get_logger().warning(text, throttle_duration_sec=2.0)
+
+    def _now_s(self) -> float:
+        return self.get_clock().now().nanoseconds * 1e-9
+
+
+def _frame(decision: Decision, bins: tuple[Bin, ...]) -> str:
+    """Frame of the bin that ``decision`` is about; empty for a rejected box."""
+    return next((frame_name(one.station) for one in bins if one.id == decision.bin_id), '')
+
+
+def main(args: list[str] | None = None) -> None:
+    """Run the node until SIGINT or SIGTERM; ends with code 2 on bad parameters."""
+    # With Python's 5 ms, a decision waits that long for a thread that is busy with messages.
+    sys.setswitchinterval(0.0005)
+    # Compiling cannot be interrupted: stop() then says that its thread goes on.
+    run_node('planner', PlannerNode, args=args, stop=PlannerNode.stop)
