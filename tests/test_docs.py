@@ -12,7 +12,7 @@ import yaml
 from arm_executor.goals.settings import Parameters as ExecutorParameters
 from conveyor_sim.parameters import ConveyorParameters
 from pack_cell.options import OneLineParser, add_run_options
-from pack_msgs_py.parameters import parameter_table
+from pack_msgs_py.parameter_fields import parameter_table
 from pack_msgs_py.ros.qos import TOPICS
 from pack_planner.parameters import PlannerParameters
 

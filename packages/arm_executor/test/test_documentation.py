@@ -8,7 +8,7 @@ from pathlib import Path
 import yaml
 
 from arm_executor.goals.settings import Parameters
-from pack_msgs_py.parameters import parameter_table
+from pack_msgs_py.parameter_fields import parameter_table
 
 PACKAGE = Path(__file__).parents[1]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from conveyor_sim.belt.jams import FORMS as JAMS
 from conveyor_sim.induct.arrivals import FORMS as ARRIVALS
 from conveyor_sim.streams import SYNTAX
-from pack_msgs_py.parameters import parameter
+from pack_msgs_py.parameter_fields import parameter
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ from pack_msgs_py.cell_values import BoxEvent as Event
 from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.codes import BoxEventKind as Kind
 from pack_msgs_py.codes import PlacementStatus, Reason
-from pack_msgs_py.parameters import parameter_fields, parameter_table
+from pack_msgs_py.parameter_fields import parameter_fields, parameter_table
 from pack_msgs_py.ros.conversions import box_to_ros, decision_to_ros, event_to_ros, time_to_ros
 from pack_msgs_py.values import Box
 

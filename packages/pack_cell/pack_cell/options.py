@@ -13,7 +13,7 @@ from conveyor_sim.belt.jams import FORMS as JAMS
 from conveyor_sim.induct.arrivals import FORMS as ARRIVALS
 from conveyor_sim.streams import SYNTAX
 from pack_cell.planner_options import planner_value
-from pack_msgs_py.parameters import Value
+from pack_msgs_py.parameter_fields import Value
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import BinSpec, parse_bin
 

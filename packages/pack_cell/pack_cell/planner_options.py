@@ -6,7 +6,7 @@ import argparse
 from dataclasses import replace
 from typing import Any
 
-from pack_msgs_py.parameters import Value, check_value, parameter_fields
+from pack_msgs_py.parameter_fields import Value, check_value, parameter_fields
 from pack_planner.parameters import PlannerParameters, settings
 
 #: Parameters that follow from other options of ``cell run``.

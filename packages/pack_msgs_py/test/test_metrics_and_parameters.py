@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields
 import pytest
 
 from pack_msgs_py.metrics import fill_metrics, quantile, time_summary
-from pack_msgs_py.parameters import check_value, parameter, parameter_table
+from pack_msgs_py.parameter_fields import check_value, parameter, parameter_table
 from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin
 
 

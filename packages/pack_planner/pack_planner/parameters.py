@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 
 from pack_msgs_py.orientation import ORIENTATION_RULES
-from pack_msgs_py.parameters import parameter
+from pack_msgs_py.parameter_fields import parameter
 from pack_msgs_py.profiles import PROFILES, find_profile
 from pack_planner.algorithms import ALGORITHMS
 from pack_planner.algorithms.base import BACKENDS

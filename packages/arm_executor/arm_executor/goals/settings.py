@@ -10,7 +10,7 @@ from arm_executor.goals.judging import Tolerance
 from arm_executor.model.layout import Layout, lifting_limit
 from arm_executor.model.parameters import ARMS as ROBOTS
 from pack_msgs_py.orientation import ORIENTATION_RULES
-from pack_msgs_py.parameters import parameter
+from pack_msgs_py.parameter_fields import parameter
 from pack_msgs_py.profiles import PROFILES, Profile
 
 

@@ -59,7 +59,7 @@ from pack_msgs.msg import BoxScan
 from pack_msgs_py.cell_values import Report
 from pack_msgs_py.codes import ErrorCode, Mode
 from pack_msgs_py.ros import conversions, qos
-from pack_msgs_py.ros.parameters import declare_parameters
+from pack_msgs_py.ros.declare_parameters import declare_parameters
 from pack_msgs_py.ros.run_node import run_node
 from pack_msgs_py.values import parse_bin
 

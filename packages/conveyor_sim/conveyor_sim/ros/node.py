@@ -52,7 +52,7 @@ from pack_msgs.msg import (
 from pack_msgs.srv import InsertBox, RemoveBox
 from pack_msgs_py.cell_values import Scan, ScannedBox
 from pack_msgs_py.codes import ErrorCode
-from pack_msgs_py.parameters import check_value, parameter_fields
+from pack_msgs_py.parameter_fields import check_value, parameter_fields
 from pack_msgs_py.ros.conversions import (
     box_from_ros,
     decision_from_ros,
@@ -61,7 +61,7 @@ from pack_msgs_py.ros.conversions import (
     scan_to_ros,
     time_from_ros,
 )
-from pack_msgs_py.ros.parameters import declare_parameters
+from pack_msgs_py.ros.declare_parameters import declare_parameters
 from pack_msgs_py.ros.qos import TOPICS
 from pack_msgs_py.ros.run_node import run_node
 

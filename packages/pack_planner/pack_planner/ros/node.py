@@ -50,7 +50,7 @@ from pack_msgs.msg import BoxEvent as BoxEventMsg
 from pack_msgs.srv import SwapBin
 from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.codes import Mode
-from pack_msgs_py.parameters import check_value, parameter_fields
+from pack_msgs_py.parameter_fields import check_value, parameter_fields
 from pack_msgs_py.ros import qos
 from pack_msgs_py.ros.conversions import (
     bins_from_ros,
@@ -62,7 +62,7 @@ from pack_msgs_py.ros.conversions import (
     time_from_ros,
     time_to_ros,
 )
-from pack_msgs_py.ros.parameters import declare_parameters
+from pack_msgs_py.ros.declare_parameters import declare_parameters
 from pack_msgs_py.ros.run_node import run_node
 from pack_msgs_py.values import Bin, frame_name
 from pack_planner.coordination.alternatives import Planned, planned, quick

@@ -1,7 +1,8 @@
 """Parameters as data: one frozen dataclass per node, a description with each field.
 
 A field is declared once, with its range or choices, and from that follow the declaration on the
-node (:mod:`pack_msgs_py.ros.parameters`), the validation and the table in the package's README.
+node (:mod:`pack_msgs_py.ros.declare_parameters`), the validation and the table in the package's
+README.
 """
 
 from __future__ import annotations

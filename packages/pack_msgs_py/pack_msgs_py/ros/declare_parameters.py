@@ -8,7 +8,7 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from pack_msgs_py.parameters import Value, check_value, parameter_fields
+from pack_msgs_py.parameter_fields import Value, check_value, parameter_fields
 
 T = TypeVar('T')
 
