@@ -178,7 +178,7 @@ class RescueRig(Rig):
         """Seconds of a motion in one stance, legs searched where the drawn ones are not free."""
         planner = self.arm._planner
         begin = waypoint(float(start.q[0]), start.tool[:3, 3], start.yaw, math.pi / 2)
-        d4 = BRANCHES[stance.branch][0] * planner.kinematics.arm.d4
+        d4 = BRANCHES[stance.branch][0] * planner.kinematics.robot.d4
         way = find_way(task, stance, begin, float(start.q[6]), d4)
         turned = task.pick_yaw + task.turn
         turn = task.pick_yaw - way.grip[4]

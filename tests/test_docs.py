@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from arm_executor.goals.settings import Parameters as ExecutorParameters
+from arm_executor.parameters import ExecutorParameters
 from conveyor_sim.parameters import ConveyorParameters
 from pack_cell.options import OneLineParser, add_run_options
 from pack_msgs_py.parameter_fields import parameter_table

@@ -67,8 +67,12 @@ def start(spinners, make_bench):
 
     def run(*, faults=None, **parameters):
         values = {'arm': 'timed', 'speed': 0.0, 'open_bins': 2, **parameters}
+
+        def make_arm(setup):
+            return TimedArm(setup.layout, speed=setup.speed, faults=faults)
+
         node = ArmExecutor(
-            arm_factory=lambda p, layout: TimedArm(layout, speed=p.speed, faults=faults),
+            make_arm=None if faults is None else make_arm,
             context=spinners[0].context,
             parameter_overrides=[Parameter(key, value=value) for key, value in values.items()],
         )

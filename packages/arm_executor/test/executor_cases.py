@@ -17,8 +17,8 @@ SIZE_MM = (296.0, 196.0, 150.0)
 LAYOUT = Layout()
 
 
-def make_box(number: int = 1, size_mm=SIZE_MM) -> Box:
-    return Box(f'box-{number}', size_mm, weight_kg=3.0)
+def make_box(number: int = 1, size_mm=SIZE_MM, weight_kg: float = 3.0) -> Box:
+    return Box(f'box-{number}', size_mm, weight_kg=weight_kg)
 
 
 def make_decision(

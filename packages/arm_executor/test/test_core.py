@@ -14,9 +14,8 @@ from arm_executor.bins.book import BinBook, BookError
 from arm_executor.bins.journal import Journal
 from arm_executor.bins.records import configuration
 from arm_executor.goals.core import ExecutorCore
-from arm_executor.goals.judging import Tolerance
 from arm_executor.goals.outputs import BinsChanged, Failed, Finished, Happened, Replied
-from arm_executor.goals.settings import Settings
+from arm_executor.parameters import ExecutorSettings, Tolerance
 from pack_msgs_py.codes import ErrorCode, Mode
 
 TIMEOUT_S = 10.0
@@ -33,7 +32,7 @@ class Bench:
         self.book = BinBook(self.journal, LDC, 2, time.time)
         self.core = ExecutorCore(
             self.book,
-            Settings(profile, Tolerance(0.005, math.radians(1.0)), **settings),
+            ExecutorSettings(profile, Tolerance(0.005, math.radians(1.0)), **settings),
             lambda: self.arm,
             self._hear,
         )

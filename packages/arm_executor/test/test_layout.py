@@ -19,7 +19,7 @@ from arm_executor.model.layout import (
     check_layout,
     pick_pose,
 )
-from arm_executor.model.parameters import ARMS
+from arm_executor.model.robot_data import ROBOTS
 from arm_executor.reach.layout_file import find_layout, load_layout
 from arm_executor.reach.reach import check_reach, reached
 from pack_msgs_py.cell_values import Pose
@@ -153,7 +153,7 @@ def test_bin_too_far_away_is_refused_with_the_share_in_reach():
         check_reach(far, {'A': parse_bin('EQ')})
 
 
-@pytest.mark.parametrize('name', ARMS)
+@pytest.mark.parametrize('name', ROBOTS)
 def test_layout_of_every_robot_can_be_built(name):
     layout = find_layout('', name)
     assert layout.robot == name

@@ -14,14 +14,14 @@ import pinocchio
 
 from arm_executor.model.kinematics import CellKinematics
 from arm_executor.model.layout import Layout, bin_blocks, conveyor_block
-from arm_executor.model.parameters import find_arm
+from arm_executor.model.robot_data import find_robot
 from arm_executor.model.urdf import cell_urdf
 from arm_executor.motion.collision import ARM_MARGIN, BOX_SKIN, WIDE_MARGIN, PlanningWorld
 from arm_executor.motion.path import JointPath
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.values import parse_bin
 
-ARM, LAYOUT = find_arm('ur20'), Layout()
+ARM, LAYOUT = find_robot('ur20'), Layout()
 #: Distances this near to what counts as touching are left to either library, metres.
 DOUBT = 0.002
 BOX = (0.4, 0.3, 0.25)

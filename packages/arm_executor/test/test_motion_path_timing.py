@@ -15,13 +15,13 @@ pytest.importorskip('pinocchio')
 
 from arm_executor.model.kinematics import CellKinematics
 from arm_executor.model.layout import Layout
-from arm_executor.model.parameters import find_arm
+from arm_executor.model.robot_data import find_robot
 from arm_executor.model.suction import holding_limits, tool_acceleration_limit
 from arm_executor.motion.path import joint_path, positions, rounded, starting_at, waypoint
 from arm_executor.motion.timing import Load, MotionLimits, Timing, joined
 from arm_executor.motion.way_back import reversed_path
 
-ARM, LAYOUT = find_arm('ur20'), Layout()
+ARM, LAYOUT = find_robot('ur20'), Layout()
 CELL = CellKinematics(ARM, LAYOUT)
 FRONT = math.pi / 2
 

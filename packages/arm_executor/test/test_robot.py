@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from arm_executor.goals.admission import rotation_matrix
 from arm_executor.model.kinematics import BRANCHES, CellKinematics, forward, inverse
 from arm_executor.model.layout import Layout, Rail
-from arm_executor.model.parameters import ARMS, find_arm
+from arm_executor.model.robot_data import ROBOTS, find_robot
 from arm_executor.model.tree import CELL_JOINT_NAMES, LINKS, cell_joints
 from arm_executor.model.urdf import cell_urdf
 
@@ -23,18 +23,18 @@ def wrapped(angle):
     return (angle + math.pi) % (2 * math.pi) - math.pi
 
 
-@pytest.mark.parametrize('name', ARMS)
+@pytest.mark.parametrize('name', ROBOTS)
 @settings(max_examples=60, deadline=None)
 @given(angles=ANGLES)
 def test_every_branch_leads_back_to_the_same_pose(name, angles):
-    arm = ARMS[name]
-    pose = forward(arm, angles)
-    solutions = inverse(arm, pose[None])[0]
+    robot = ROBOTS[name]
+    pose = forward(robot, angles)
+    solutions = inverse(robot, pose[None])[0]
     found = solutions[~np.isnan(solutions).any(axis=1)]
     if abs(math.sin(angles[4])) > 0.02 and abs(math.sin(angles[2])) > 0.02:
         away = np.abs(wrapped(found - np.array(angles))).max(axis=1)
         assert away.min() < 1e-6, 'the configuration itself is not among the solutions'
-        assert np.abs(forward(arm, found) - pose).max() < 1e-8
+        assert np.abs(forward(robot, found) - pose).max() < 1e-8
 
 
 @pytest.mark.parametrize('name', ['ur5e', 'ur10e', 'ur16e', 'ur20', 'ur30'])
@@ -42,9 +42,9 @@ def test_agrees_with_an_independent_implementation(name):
     oracle = getattr(pytest.importorskip('ur_analytic_ik'), name)
     rng = np.random.default_rng(7)
     for angles in rng.uniform(-math.pi, math.pi, (50, 6)):
-        pose = forward(ARMS[name], angles)
+        pose = forward(ROBOTS[name], angles)
         assert np.abs(pose - oracle.forward_kinematics(*angles)).max() < 1e-9
-        ours = inverse(ARMS[name], pose[None])[0]
+        ours = inverse(ROBOTS[name], pose[None])[0]
         ours = ours[~np.isnan(ours).any(axis=1)]
         for solution in oracle.inverse_kinematics(pose):
             away = np.abs(wrapped(ours - np.array(solution).ravel())).max(axis=1)
@@ -52,19 +52,19 @@ def test_agrees_with_an_independent_implementation(name):
 
 
 def test_all_eight_branches_exist_in_the_middle_of_the_workspace_and_differ():
-    arm = find_arm('ur20')
-    pose = CellKinematics(arm, Layout()).tool_down([0.0], [(0.0, 0.9, 0.8)], [0.3])[0]
+    robot = find_robot('ur20')
+    pose = CellKinematics(robot, Layout()).tool_down([0.0], [(0.0, 0.9, 0.8)], [0.3])[0]
     assert not np.isnan(pose).any()
     assert len({tuple(np.round(one, 3)) for one in pose}) == len(BRANCHES) == 8
 
 
 def test_out_of_reach_is_nan_and_not_a_guess():
-    far = CellKinematics(find_arm('ur5e'), Layout()).tool_down([0.0], [(0.0, 3.0, 0.8)], [0.0])
+    far = CellKinematics(find_robot('ur5e'), Layout()).tool_down([0.0], [(0.0, 3.0, 0.8)], [0.0])
     assert np.isnan(far[..., 1:]).all()
 
 
 def test_asking_for_one_branch_gives_the_same_as_asking_for_all():
-    cell = CellKinematics(find_arm('ur20'), Layout())
+    cell = CellKinematics(find_robot('ur20'), Layout())
     everything = cell.tool_down([0.2], [(0.5, 0.9, 0.8)], [0.3])[0]
     only = cell.tool_down([0.2], [(0.5, 0.9, 0.8)], [0.3], branches=(5,))[0]
     assert only[5] == pytest.approx(everything[5])
@@ -74,7 +74,7 @@ def test_asking_for_one_branch_gives_the_same_as_asking_for_all():
 @settings(max_examples=40, deadline=None)
 @given(x=st.floats(-0.6, 0.6), y=st.floats(0.5, 1.0), z=st.floats(0.2, 1.1), yaw=st.floats(-3, 3))
 def test_tool_down_puts_the_pad_there_facing_down(x, y, z, yaw):
-    cell = CellKinematics(find_arm('ur20'), Layout())
+    cell = CellKinematics(find_robot('ur20'), Layout())
     for q in cell.tool_down([0.1], [(x, y, z)], [yaw])[0]:
         if np.isnan(q).any():
             continue
@@ -84,13 +84,13 @@ def test_tool_down_puts_the_pad_there_facing_down(x, y, z, yaw):
         assert wrapped(math.atan2(pad[1, 0], pad[0, 0]) - yaw) == pytest.approx(0.0, abs=1e-9)
 
 
-@pytest.mark.parametrize('name', ARMS)
+@pytest.mark.parametrize('name', ROBOTS)
 def test_urdf_and_closed_form_agree(name):
     pinocchio = pytest.importorskip('pinocchio')
-    arm, layout = ARMS[name], Layout(rail=Rail(base_height=1.1))
-    model = pinocchio.buildModelFromXML(cell_urdf(arm, layout))
+    robot, layout = ROBOTS[name], Layout(rail=Rail(base_height=1.1))
+    model = pinocchio.buildModelFromXML(cell_urdf(robot, layout))
     assert tuple(model.names[1:]) == CELL_JOINT_NAMES
-    data, cell = model.createData(), CellKinematics(arm, layout)
+    data, cell = model.createData(), CellKinematics(robot, layout)
     rng = np.random.default_rng(3)
     for q in rng.uniform(-2, 2, (20, 7)):
         pinocchio.framesForwardKinematics(model, data, q)
@@ -98,43 +98,43 @@ def test_urdf_and_closed_form_agree(name):
         assert np.abs(pad - cell.tool(q)[0]).max() < 1e-9
 
 
-@pytest.mark.parametrize('name', ARMS)
+@pytest.mark.parametrize('name', ROBOTS)
 def test_urdf_carries_the_published_limits_and_masses(name):
     pinocchio = pytest.importorskip('pinocchio')
-    arm = ARMS[name]
-    model = pinocchio.buildModelFromXML(cell_urdf(arm, Layout()))
-    assert model.velocityLimit[1:] == pytest.approx(arm.max_speed, abs=1e-5)
-    assert model.effortLimit[1:] == pytest.approx(arm.max_torque)
+    robot = ROBOTS[name]
+    model = pinocchio.buildModelFromXML(cell_urdf(robot, Layout()))
+    assert model.velocityLimit[1:] == pytest.approx(robot.max_speed, abs=1e-5)
+    assert model.effortLimit[1:] == pytest.approx(robot.max_torque)
     arm_mass = sum(inertia.mass for inertia in list(model.inertias)[2:])
     assert arm_mass == pytest.approx(
-        sum(link.mass for link in arm.links) + Layout().tool.mass, abs=0.01
+        sum(link.mass for link in robot.links) + Layout().tool.mass, abs=0.01
     )
 
 
-@pytest.mark.parametrize('name', ARMS)
+@pytest.mark.parametrize('name', ROBOTS)
 def test_urdf_in_physics_has_the_pad_where_the_closed_form_says_and_the_published_inertias(name):
     pybullet = pytest.importorskip('pybullet')
     from arm_executor.model import bullet
 
-    arm, layout = find_arm(name), Layout()
+    robot, layout = find_robot(name), Layout()
     client = bullet.connect()
     try:
-        robot = bullet.load_robot(client, cell_urdf(arm, layout))
-        links = {link: number for number, link in bullet.link_names(client, robot).items()}
+        body = bullet.load_robot(client, cell_urdf(robot, layout))
+        links = {link: number for number, link in bullet.link_names(client, body).items()}
         rng = np.random.default_rng(5)
         for q in rng.uniform(-2, 2, (10, 7)):
-            for joint, value in zip(bullet.joint_indices(client, robot), q, strict=True):
-                pybullet.resetJointState(robot, joint, value, physicsClientId=client)
+            for joint, value in zip(bullet.joint_indices(client, body), q, strict=True):
+                pybullet.resetJointState(body, joint, value, physicsClientId=client)
             state = pybullet.getLinkState(
-                robot, links['tcp'], computeForwardKinematics=1, physicsClientId=client
+                body, links['tcp'], computeForwardKinematics=1, physicsClientId=client
             )
-            pad = CellKinematics(arm, layout).tool(q)[0]
+            pad = CellKinematics(robot, layout).tool(q)[0]
             assert state[4] == pytest.approx(pad[:3, 3], abs=1e-6)
             turn = np.array(pybullet.getMatrixFromQuaternion(state[5])).reshape(3, 3)
             assert np.abs(turn - pad[:3, :3]).max() < 1e-5
-        for link, inertia in zip(LINKS[1:], arm.links, strict=True):
+        for link, inertia in zip(LINKS[1:], robot.links, strict=True):
             mass, _, principal, *_ = pybullet.getDynamicsInfo(
-                robot, links[link], physicsClientId=client
+                body, links[link], physicsClientId=client
             )
             assert mass == pytest.approx(inertia.mass, rel=1e-5)
             assert sorted(principal) == pytest.approx(
@@ -149,31 +149,31 @@ def matrix(inertia):
     return np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
 
 
-@pytest.mark.parametrize('name', ARMS)
+@pytest.mark.parametrize('name', ROBOTS)
 def test_every_link_could_exist(name):
     """Positive masses; tensors positive definite; no principal moment above the sum of others."""
-    for inertia in ARMS[name].links:
+    for inertia in ROBOTS[name].links:
         least, middle, most = np.linalg.eigvalsh(matrix(inertia))
         assert inertia.mass > 0
         assert least > 0
         assert most <= least + middle
 
 
-@pytest.mark.parametrize('name', ARMS)
+@pytest.mark.parametrize('name', ROBOTS)
 @settings(max_examples=30, deadline=None)
 @given(rail=st.floats(-2.4, 2.4), angles=ANGLES)
 def test_transforms_of_the_tree_lead_to_the_pad(name, rail, angles):
-    arm, layout = ARMS[name], Layout(rail=Rail(base_height=1.1))
+    robot, layout = ROBOTS[name], Layout(rail=Rail(base_height=1.1))
     q = [rail, *angles]
     pose = np.eye(4)
-    for joint in cell_joints(arm, layout):
+    for joint in cell_joints(robot, layout):
         step = np.eye(4)
         one = joint.transform(q)
         step[:3, :3], step[:3, 3] = rotation_matrix(one.quaternion), one.position
         pose = pose @ step
-    assert np.abs(pose - CellKinematics(arm, layout).tool(q)[0]).max() < 1e-9
+    assert np.abs(pose - CellKinematics(robot, layout).tool(q)[0]).max() < 1e-9
 
 
 def test_unknown_robot_lists_the_known_ones():
     with pytest.raises(ValueError, match=r"unknown robot 'ur7': use one of ur5e, .*ur30"):
-        find_arm('ur7')
+        find_robot('ur7')

@@ -8,7 +8,6 @@ import time
 import pytest
 from executor_cases import LAYOUT, LDC, make_box, make_decision, pick_of
 
-from arm_executor.arms.choose import make_arm
 from arm_executor.arms.timed import FAULT_SHIFT_M, TimedArm
 from arm_executor.model.arm_interface import MotionError, MotionHooks, PlaceRequest
 from pack_msgs_py.cell_values import Pose
@@ -179,9 +178,3 @@ def test_a_fault_of_planning_is_raised_with_its_code():
 def test_a_station_without_bin_is_named():
     with pytest.raises(MotionError, match="'D'"):
         make_timed().plan(make_request(station='D'))
-
-
-def test_arms_are_made_by_name():
-    assert isinstance(make_arm('timed', layout=LAYOUT, speed=0.0), TimedArm)
-    with pytest.raises(ValueError, match='physics, timed'):
-        make_arm('strong', layout=LAYOUT)

@@ -22,7 +22,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from arm_executor.goals.admission import rotation_matrix
 from arm_executor.model.kinematics import CellKinematics
 from arm_executor.model.layout import Layout, bin_frame
-from arm_executor.model.parameters import ARMS
+from arm_executor.model.robot_data import ROBOTS
 from arm_executor.ros.node import ArmExecutor
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode
@@ -97,7 +97,7 @@ def test_transforms_lead_to_the_pad_and_to_the_bins(start, robot):
     bench.show(box, presented=box.id)
     _, result = bench.place(make_decision(box))
     assert result.error_code == ErrorCode.NONE, result.error_msg
-    kinematics, layout = CellKinematics(ARMS[robot], Layout(robot=robot)), Layout()
+    kinematics, layout = CellKinematics(ROBOTS[robot], Layout(robot=robot)), Layout()
     states.wait(lambda messages: len(messages) > 3)
     places = set()
     for state in states.messages:

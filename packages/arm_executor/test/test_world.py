@@ -12,8 +12,8 @@ import pybullet
 
 from arm_executor.arms.physics.world import STEP_S, PhysicsWorld
 from arm_executor.model.layout import Block, Layout
-from arm_executor.model.parameters import find_arm
 from arm_executor.model.pose_error import turn_between
+from arm_executor.model.robot_data import find_robot
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.values import Box
 
@@ -24,7 +24,7 @@ SIZE_MM = (300.0, 200.0, 200.0)
 
 @pytest.fixture
 def world():
-    one = PhysicsWorld(find_arm('ur20'), Layout())
+    one = PhysicsWorld(find_robot('ur20'), Layout())
     one.add_part('table', (Block('table', (X - 0.2, Y - 0.2, 0.5), (X + 0.2, Y + 0.2, TOP)),))
     yield one
     one.close()

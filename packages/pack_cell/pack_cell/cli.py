@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Sequence
 
+from arm_executor.arms.registry import find_arm
 from arm_executor.model.layout import STATIONS
 from arm_executor.reach.layout_file import layout_for
 from conveyor_sim.belt.jams import find_jams
@@ -67,7 +68,7 @@ def check_cell(options: RunOptions) -> None:
     """Refuse a layout that cannot be built, or that the robot cannot serve, before the start."""
     bins = dict.fromkeys(STATIONS[: options.open_bins], options.bin_spec)
     path = str(options.layout) if options.layout else ''
-    layout_for(path, options.robot, bins, options.arm == 'physics')
+    layout_for(path, options.robot, bins, must_reach=find_arm(options.arm).moves_robot)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -9,6 +9,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from arm_executor.arms.registry import ARMS_IN_WORDS, DEFAULT_ARM
+from arm_executor.model.robot_data import ROBOTS
 from pack_cell.cli import check_boxes, check_cell
 from pack_cell.options import OneLineParser, add_run_options, run_options
 from pack_cell.running.node_commands import node_parameters
@@ -35,8 +37,8 @@ ARGUMENTS = {
     'arrivals': ('--arrivals', 'saturated', 'when boxes come, such as poisson:900'),
     'jams': ('--jams', '', 'when the belt jams, such as random:600,20'),
     'max_laps': ('--max-laps', '100', 'a box passed over more often is rejected; 0: never'),
-    'arm': ('--arm', 'physics', 'physics or timed'),
-    'robot': ('--robot', '', 'ur5e, ur10e, ur16e, ur20 or ur30; empty: that of the layout'),
+    'arm': ('--arm', DEFAULT_ARM, ARMS_IN_WORDS),
+    'robot': ('--robot', '', f'{", ".join(ROBOTS)}; empty: that of the layout'),
     'grasp_faces': ('--grasp-faces', 'top', 'top: boxes stay upright; any: by the front too'),
     'layout': ('--layout', '', 'YAML file of the layout; empty: the default'),
 }

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
 
-from arm_executor.model.parameters import ARMS
+from arm_executor.arms.registry import ARMS_IN_WORDS, DEFAULT_ARM, find_arm
+from arm_executor.model.robot_data import ROBOTS
 from conveyor_sim.belt.jams import FORMS as JAMS
 from conveyor_sim.induct.arrivals import FORMS as ARRIVALS
 from conveyor_sim.streams import SYNTAX
@@ -91,6 +92,15 @@ def bin_kind(text: str) -> BinSpec:
         return parse_bin(text)
     except ValueError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def arm_name(text: str) -> str:
+    """An argparse type: an arm, by its name or by where it stands."""
+    try:
+        find_arm(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    return text
 
 
 def add_run_options(parser: argparse.ArgumentParser, algorithms: tuple[str, ...]) -> None:
@@ -185,15 +195,16 @@ def add_run_options(parser: argparse.ArgumentParser, algorithms: tuple[str, ...]
     act = parser.add_argument_group('how to act')
     act.add_argument(
         '--arm',
-        choices=('physics', 'timed'),
-        default='physics',
-        help='physics (default) moves a robot model in PyBullet; timed only spends the time',
+        type=arm_name,
+        default=DEFAULT_ARM,
+        metavar='NAME',
+        help=f'{ARMS_IN_WORDS} (default {DEFAULT_ARM})',
     )
     act.add_argument(
         '--robot',
-        choices=tuple(ARMS),
+        choices=tuple(ROBOTS),
         default='',
-        help="robot of the physics arm, instead of the layout's own (ur20)",
+        help="robot of an arm that moves one, instead of the layout's own (ur20)",
     )
     act.add_argument(
         '--layout',

@@ -12,6 +12,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from arm_executor.arms.kind import ArmKind
 from arm_executor.arms.true_boxes import Truth, mismatch, missed_by_pad, true_rest
 from arm_executor.model.arm_interface import (
     Ahead,
@@ -292,3 +293,10 @@ def _ended(code: ErrorCode, message: str, spent: Mapping[Phase, float]) -> Motio
 def _shifted(pose: Pose) -> Pose:
     x, y, z = pose.position
     return replace(pose, position=(x + FAULT_SHIFT_M, y, z))
+
+
+TIMED = ArmKind(
+    name='timed',
+    summary='only spends the time',
+    make=lambda setup: TimedArm(setup.layout, speed=setup.speed, truth=setup.truth),
+)

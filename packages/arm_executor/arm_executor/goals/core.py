@@ -34,8 +34,8 @@ from arm_executor.goals.outputs import (
 )
 from arm_executor.goals.placing import Placing, Tools
 from arm_executor.goals.plan_cache import PlanCache
-from arm_executor.goals.settings import Settings
 from arm_executor.model.arm_interface import Arm
+from arm_executor.parameters import ExecutorSettings
 from pack_msgs_py.cell_values import Report, Scan
 from pack_msgs_py.codes import ErrorCode, Mode, Reason
 from pack_msgs_py.values import Bin
@@ -59,7 +59,7 @@ class ExecutorCore:
     def __init__(
         self,
         book: BinBook,
-        settings: Settings,
+        settings: ExecutorSettings,
         make_arm: Callable[[], Arm],
         emit: Callable[[Output], None],
         *,

@@ -4,25 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 
 from arm_executor.goals.admission import rotation_matrix
 from arm_executor.model.arm_interface import MotionResult
+from arm_executor.parameters import Tolerance
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.geometry2d import overlap
 from pack_msgs_py.orientation import oriented_size
 from pack_msgs_py.rules import footprint
 from pack_msgs_py.values import PlacedBox, Vec3
-
-
-@dataclass(frozen=True)
-class Tolerance:
-    """How far a box may rest from where it should be, and another may move."""
-
-    position_m: float
-    angle_rad: float
 
 
 def corner_distance(size_mm: Vec3, a: Pose, b: Pose) -> float:

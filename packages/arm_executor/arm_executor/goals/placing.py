@@ -14,8 +14,8 @@ from arm_executor.goals.belt_view import BeltClock, BeltView
 from arm_executor.goals.judging import angle_between, corner_distance, judge, resting_pose
 from arm_executor.goals.outputs import BinsChanged, Happened, Output, Progress, Said
 from arm_executor.goals.plan_cache import PlanCache, request_of
-from arm_executor.goals.settings import Settings
 from arm_executor.model.arm_interface import Arm, MotionError, MotionHooks, MotionPlan, MotionResult
+from arm_executor.parameters import ExecutorSettings
 from pack_msgs_py.cell_values import Pose, Report
 from pack_msgs_py.codes import ErrorCode, Phase, Reason
 from pack_msgs_py.values import Bin
@@ -42,7 +42,7 @@ class Tools:
     belt: BeltView
     clock: BeltClock
     plans: PlanCache
-    settings: Settings
+    settings: ExecutorSettings
     emit: Callable[[Output], None]
     steady: Callable[[], float]
     wall: Callable[[], float]

@@ -2,7 +2,7 @@
 
 Conventions: the arm's own base frame is the Denavit-Hartenberg base, its flange frame frame 6 of
 the table. Joint angles are radians in the order of
-:data:`arm_executor.model.parameters.JOINT_NAMES`.
+:data:`arm_executor.model.robot_data.JOINT_NAMES`.
 Configurations of the whole cell have seven values, the rail's x in metres first.
 Inverse kinematics after K. P. Hawkins, 'Analytic inverse kinematics for the Universal Robots
 UR-5/UR-10 arms' (2013), rewritten for arrays.
@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from arm_executor.model.layout import Layout
-from arm_executor.model.parameters import ArmModel
+from arm_executor.model.robot_data import RobotModel
 
 Array = NDArray[np.float64]
 
@@ -31,11 +31,11 @@ HOME_POSTURE = (1, -1, 1)
 _TWIST = (math.pi / 2, 0.0, 0.0, math.pi / 2, -math.pi / 2, 0.0)
 
 
-def link_frames(arm: ArmModel, q: ArrayLike) -> Array:
+def link_frames(robot: RobotModel, q: ArrayLike) -> Array:
     """Denavit-Hartenberg frames 1 to 6 for joint angles ``q`` (..., 6), shape (..., 6, 4, 4)."""
     angles = np.asarray(q, dtype=float)
-    offsets = (arm.d1, 0.0, 0.0, arm.d4, arm.d5, arm.d6)
-    lengths = (0.0, arm.a2, arm.a3, 0.0, 0.0, 0.0)
+    offsets = (robot.d1, 0.0, 0.0, robot.d4, robot.d5, robot.d6)
+    lengths = (0.0, robot.a2, robot.a3, 0.0, 0.0, 0.0)
     frames = np.empty((*angles.shape[:-1], 6, 4, 4))
     total = np.broadcast_to(np.eye(4), (*angles.shape[:-1], 4, 4))
     for i in range(6):
@@ -52,40 +52,40 @@ def link_frames(arm: ArmModel, q: ArrayLike) -> Array:
     return frames
 
 
-def forward(arm: ArmModel, q: ArrayLike) -> Array:
+def forward(robot: RobotModel, q: ArrayLike) -> Array:
     """Flange pose (..., 4, 4) in the arm's base frame for joint angles ``q`` (..., 6)."""
-    flange: Array = link_frames(arm, q)[..., 5, :, :]
+    flange: Array = link_frames(robot, q)[..., 5, :, :]
     return flange
 
 
-def inverse(arm: ArmModel, pose: ArrayLike, branches: Sequence[int] = range(8)) -> Array:
+def inverse(robot: RobotModel, pose: ArrayLike, branches: Sequence[int] = range(8)) -> Array:
     """Solutions for flange poses (n, 4, 4), shape (n, 8, 6); NaN where there is none.
 
     Columns follow :data:`BRANCHES`; those not asked for are NaN. Angles are in (-pi, pi].
     """
     target = np.asarray(pose, dtype=float).reshape(-1, 4, 4)
     position, rotation = target[:, :3, 3], target[:, :3, :3]
-    wrist = position - arm.d6 * rotation[:, :, 2]
+    wrist = position - robot.d6 * rotation[:, :, 2]
     radius = np.hypot(wrist[:, 0], wrist[:, 1])
     solutions = np.full((len(target), 8, 6), np.nan)
     with np.errstate(invalid='ignore', divide='ignore'):
-        spread = np.arccos(arm.d4 / radius)
+        spread = np.arccos(robot.d4 / radius)
         heading = np.arctan2(wrist[:, 1], wrist[:, 0])
         for column in branches:
             shoulder, flip, elbow = BRANCHES[column]
             q1 = heading + shoulder * spread + math.pi / 2
-            solutions[:, column] = _one_branch(arm, position, rotation, q1, flip, elbow)
+            solutions[:, column] = _one_branch(robot, position, rotation, q1, flip, elbow)
     solutions = -((math.pi - solutions) % (2 * math.pi) - math.pi)
     solutions[np.isnan(solutions).any(axis=2)] = np.nan
     return solutions
 
 
 def _one_branch(
-    arm: ArmModel, position: Array, rotation: Array, q1: Array, flip: int, elbow: int
+    robot: RobotModel, position: Array, rotation: Array, q1: Array, flip: int, elbow: int
 ) -> Array:
     """Joint angles (n, 6) for a given ``q1`` (n,) and the signs of wrist and elbow."""
     c1, s1 = np.cos(q1), np.sin(q1)
-    c5 = (position[:, 0] * s1 - position[:, 1] * c1 - arm.d4) / arm.d6
+    c5 = (position[:, 0] * s1 - position[:, 1] * c1 - robot.d4) / robot.d6
     c5 = np.where(np.abs(c5) < 1 + 1e-9, np.clip(c5, -1, 1), np.nan)
     q5 = flip * np.arccos(c5)
     s5 = np.sin(q5)
@@ -105,12 +105,14 @@ def _one_branch(
     x_up = x_of_5_up * c5 - rotation[:, 2, 2] * s5
     q234 = np.arctan2(x_up, x_along)
     # Frame 5's y is the direction of d5 reversed; go back from the flange to joint 4.
-    px = np.einsum('ni,ni->n', along, position) - arm.d6 * on_along[:, 2] + arm.d5 * y_of_5_along
-    py = position[:, 2] - arm.d1 - arm.d6 * rotation[:, 2, 2] + arm.d5 * y_of_5_up
-    c3 = (px * px + py * py - arm.a2**2 - arm.a3**2) / (2 * arm.a2 * arm.a3)
+    px = (
+        np.einsum('ni,ni->n', along, position) - robot.d6 * on_along[:, 2] + robot.d5 * y_of_5_along
+    )
+    py = position[:, 2] - robot.d1 - robot.d6 * rotation[:, 2, 2] + robot.d5 * y_of_5_up
+    c3 = (px * px + py * py - robot.a2**2 - robot.a3**2) / (2 * robot.a2 * robot.a3)
     c3 = np.where(np.abs(c3) <= 1, c3, np.nan)
     q3 = elbow * np.arccos(c3)
-    q2 = np.arctan2(py, px) - np.arctan2(arm.a3 * np.sin(q3), arm.a2 + arm.a3 * np.cos(q3))
+    q2 = np.arctan2(py, px) - np.arctan2(robot.a3 * np.sin(q3), robot.a2 + robot.a3 * np.cos(q3))
     return np.stack([q1, q2, q3, q234 - q2 - q3, q5, q6], axis=1)
 
 
@@ -118,13 +120,13 @@ def _one_branch(
 class CellKinematics:
     """The arm on its rail with its mast, in frame `cell`."""
 
-    arm: ArmModel
+    robot: RobotModel
     layout: Layout
 
     def tool(self, q: ArrayLike) -> Array:
         """Pose (n, 4, 4) of the pad's face for configurations (n, 7), frame `cell`."""
         config = np.atleast_2d(np.asarray(q, dtype=float))
-        pose = forward(self.arm, config[:, 1:])
+        pose = forward(self.robot, config[:, 1:])
         pose[:, :3, 3] += self.layout.tool.length * pose[:, :3, 2]
         pose[:, 0, 3] += config[:, 0]
         pose[:, 2, 3] += self.layout.rail.base_height
@@ -155,7 +157,7 @@ class CellKinematics:
         pose[:, 2, 3] += self.layout.tool.length - self.layout.rail.base_height
         config = np.empty((len(point), 8, 7))
         config[:, :, 0] = x[:, None]
-        config[:, :, 1:] = inverse(self.arm, pose, branches)
+        config[:, :, 1:] = inverse(self.robot, pose, branches)
         return config
 
     def tool_ahead(self, rail: ArrayLike, xyz: ArrayLike, yaw: float = 0.0) -> Array:
@@ -177,5 +179,5 @@ class CellKinematics:
         pose[:, 2, 3] -= self.layout.rail.base_height
         config = np.empty((len(point), 8, 7))
         config[:, :, 0] = x[:, None]
-        config[:, :, 1:] = inverse(self.arm, pose)
+        config[:, :, 1:] = inverse(self.robot, pose)
         return config

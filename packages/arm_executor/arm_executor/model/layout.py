@@ -12,7 +12,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 
-from arm_executor.model.parameters import find_arm
+from arm_executor.model.robot_data import find_robot
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.values import BinSpec, Vec3
 
@@ -81,7 +81,7 @@ class Stations:
 
 @dataclass(frozen=True)
 class Layout:
-    """The whole cell; ``robot`` is a name of :data:`arm_executor.model.parameters.ARMS`."""
+    """The whole cell; ``robot`` is a name of :data:`arm_executor.model.robot_data.ROBOTS`."""
 
     robot: str = 'ur20'
     rail: Rail = field(default_factory=Rail)
@@ -268,7 +268,7 @@ def pick_pose(layout: Layout, size_mm: Vec3) -> Pose:
 
 def lifting_limit(layout: Layout) -> float:
     """Heaviest box that the robot lifts with its mast held vertical, kg (data sheet)."""
-    return find_arm(layout.robot).payload_tool_down - layout.tool.mass
+    return find_robot(layout.robot).payload_tool_down - layout.tool.mass
 
 
 def check_layout(layout: Layout, bins: Mapping[str, BinSpec]) -> Layout:
@@ -279,7 +279,7 @@ def check_layout(layout: Layout, bins: Mapping[str, BinSpec]) -> Layout:
     bins overlap.
     """
     try:
-        find_arm(layout.robot)
+        find_robot(layout.robot)
     except ValueError as error:
         raise LayoutError(f'layout: {error}') from None
     if lifting_limit(layout) <= 0:

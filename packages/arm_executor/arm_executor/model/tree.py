@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from arm_executor.model.layout import Layout
-from arm_executor.model.parameters import JOINT_NAMES, ArmModel
+from arm_executor.model.robot_data import JOINT_NAMES, RobotModel
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.values import Vec3
 
@@ -53,16 +53,16 @@ class Joint:
         return Pose(self.xyz, (sr * cz, -sr * sz, cr * sz, cr * cz))
 
 
-def cell_joints(arm: ArmModel, layout: Layout) -> tuple[Joint, ...]:
+def cell_joints(robot: RobotModel, layout: Layout) -> tuple[Joint, ...]:
     """Every joint from `cell` to `tcp`, in order."""
     turn = math.pi / 2
     origins: tuple[tuple[Vec3, float], ...] = (
-        ((0.0, 0.0, arm.d1), 0.0),
+        ((0.0, 0.0, robot.d1), 0.0),
         ((0.0, 0.0, 0.0), turn),
-        ((arm.a2, 0.0, 0.0), 0.0),
-        ((arm.a3, 0.0, arm.d4), 0.0),
-        ((0.0, -arm.d5, 0.0), turn),
-        ((0.0, arm.d6, 0.0), -turn),
+        ((robot.a2, 0.0, 0.0), 0.0),
+        ((robot.a3, 0.0, robot.d4), 0.0),
+        ((0.0, -robot.d5, 0.0), turn),
+        ((0.0, robot.d6, 0.0), -turn),
     )
     revolute = tuple(
         Joint(name, LINKS[index], LINKS[index + 1], xyz, roll, index + 1)

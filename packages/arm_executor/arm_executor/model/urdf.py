@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from arm_executor.model.inertias import LinkInertia
 from arm_executor.model.layout import Layout
-from arm_executor.model.parameters import ArmModel
+from arm_executor.model.robot_data import RobotModel
 from arm_executor.model.tree import LINKS, Joint, cell_joints
 from pack_msgs_py.values import Vec3
 
@@ -46,34 +46,34 @@ class Capsule:
     radius: float
 
 
-def arm_capsules(arm: ArmModel) -> tuple[Capsule, ...]:
-    """Shapes of the arm's links, each in its own link frame."""
-    shoulder, upper, forearm, wrist_1, wrist_2, wrist_3 = arm.radii
-    out, elbow = arm.shoulder_offset, arm.elbow_offset
+def robot_capsules(robot: RobotModel) -> tuple[Capsule, ...]:
+    """Shapes of the links, each in its own link frame."""
+    shoulder, upper, forearm, wrist_1, wrist_2, wrist_3 = robot.radii
+    out, elbow = robot.shoulder_offset, robot.elbow_offset
     zero = (0.0, 0.0, 0.0)
     return (
-        Capsule('base_link', zero, (0.0, 0.0, arm.d1 - 0.06), shoulder),
+        Capsule('base_link', zero, (0.0, 0.0, robot.d1 - 0.06), shoulder),
         Capsule('shoulder', zero, (0.0, -out, 0.0), upper),
-        Capsule('upper_arm', (0.0, 0.0, out), (arm.a2, 0.0, out), upper),
+        Capsule('upper_arm', (0.0, 0.0, out), (robot.a2, 0.0, out), upper),
         Capsule('forearm', (0.0, 0.0, out - 0.02), (0.0, 0.0, elbow), forearm),
-        Capsule('forearm', (0.0, 0.0, elbow), (arm.a3, 0.0, elbow), forearm),
-        Capsule('wrist_1', (0.0, 0.0, elbow - arm.d4), zero, wrist_1),
-        Capsule('wrist_2', (0.0, 0.0, -arm.d5), zero, wrist_2),
-        Capsule('wrist_3', (0.0, 0.0, -arm.d6), (0.0, 0.0, -0.03), wrist_3),
+        Capsule('forearm', (0.0, 0.0, elbow), (robot.a3, 0.0, elbow), forearm),
+        Capsule('wrist_1', (0.0, 0.0, elbow - robot.d4), zero, wrist_1),
+        Capsule('wrist_2', (0.0, 0.0, -robot.d5), zero, wrist_2),
+        Capsule('wrist_3', (0.0, 0.0, -robot.d6), (0.0, 0.0, -0.03), wrist_3),
     )
 
 
-def cell_urdf(arm: ArmModel, layout: Layout) -> str:
+def cell_urdf(robot: RobotModel, layout: Layout) -> str:
     """URDF of ``arm`` on the rail of ``layout`` with its suction mast."""
-    parts = [f'<robot name="{arm.name}_cell">', '<link name="cell"/>', _carriage(layout)]
-    parts += [_link(arm, index) for index in range(len(LINKS))]
+    parts = [f'<robot name="{robot.name}_cell">', '<link name="cell"/>', _carriage(layout)]
+    parts += [_link(robot, index) for index in range(len(LINKS))]
     parts += [_tool(layout), f'<link name="tcp">{_inertial(_WEIGHTLESS)}</link>']
-    parts += [_joint(joint, arm, layout) for joint in cell_joints(arm, layout)]
+    parts += [_joint(joint, robot, layout) for joint in cell_joints(robot, layout)]
     parts.append('</robot>')
     return '<?xml version="1.0"?>\n' + '\n'.join(parts) + '\n'
 
 
-def _joint(joint: Joint, arm: ArmModel, layout: Layout) -> str:
+def _joint(joint: Joint, robot: RobotModel, layout: Layout) -> str:
     ends = f'<parent link="{joint.parent}"/><child link="{joint.child}"/>'
     origin = f'<origin xyz="{_text(joint.xyz)}" rpy="{joint.roll:.12f} 0 0"/>'
     if joint.index is None:
@@ -84,7 +84,7 @@ def _joint(joint: Joint, arm: ArmModel, layout: Layout) -> str:
     else:
         index, kind, axis = joint.index - 1, 'revolute', '0 0 1'
         high = joint_limit(index)
-        low, effort, speed = -high, arm.max_torque[index], arm.max_speed[index]
+        low, effort, speed = -high, robot.max_torque[index], robot.max_speed[index]
     return (
         f'<joint name="{joint.name}" type="{kind}">{ends}{origin}<axis xyz="{axis}"/>'
         f'<limit lower="{low:.9g}" upper="{high:.9g}" effort="{effort:g}" '
@@ -97,12 +97,12 @@ def joint_limit(index: int) -> float:
     return math.pi if index == 2 else 2 * math.pi
 
 
-def _link(arm: ArmModel, index: int) -> str:
+def _link(robot: RobotModel, index: int) -> str:
     name = LINKS[index]
-    inertia = arm.links[index - 1] if index else _cylinder(4.0, 0.05, arm.radii[0], 0.1)
+    inertia = robot.links[index - 1] if index else _cylinder(4.0, 0.05, robot.radii[0], 0.1)
     shapes = ''.join(
         _capsule(capsule, tag)
-        for capsule in arm_capsules(arm)
+        for capsule in robot_capsules(robot)
         if capsule.link == name
         for tag in ('visual', 'collision')
     )

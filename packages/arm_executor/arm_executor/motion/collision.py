@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from arm_executor.model import bullet
 from arm_executor.model.layout import Block, Layout
-from arm_executor.model.parameters import ArmModel
 from arm_executor.model.pose_error import corners
+from arm_executor.model.robot_data import RobotModel
 from arm_executor.model.urdf import cell_urdf
 from arm_executor.motion.path import JointPath
 from arm_executor.motion.swing import Obstacles
@@ -48,10 +48,10 @@ _ASIDE = Pose((0.0, 0.0, 9.0))
 class PlanningWorld:
     """Fixed obstacles by key, the arm, and one carried box."""
 
-    def __init__(self, arm: ArmModel, layout: Layout) -> None:
+    def __init__(self, robot: RobotModel, layout: Layout) -> None:
         self._client = bullet.connect()
         tool = replace(layout.tool, pad_edge=layout.tool.pad_edge + 2 * PAD_MARGIN)
-        urdf = cell_urdf(arm, replace(layout, tool=tool))
+        urdf = cell_urdf(robot, replace(layout, tool=tool))
         self._robot = bullet.load_robot(self._client, urdf, self_collision=True)
         self._joints = bullet.joint_indices(self._client, self._robot)
         self._links = bullet.link_names(self._client, self._robot)

@@ -104,7 +104,7 @@ class FrontPlanner:
         pick = front_point(request)
         options = find_front_stances(self._kinematics, self._timing, task, pick, q)
         if not options:
-            msg = f'box {name}: {self._kinematics.arm.name} does not reach front and place'
+            msg = f'box {name}: {self._kinematics.robot.name} does not reach front and place'
             raise MotionError(ErrorCode.NO_IK_SOLUTION, msg)
         world = self._world
         belt = {f'box {box.id} on the belt': (box, pose) for box, pose in request.belt}
@@ -224,7 +224,7 @@ class FrontPlanner:
         tool = self._kinematics.tool(option.place)[0]
         yaw = math.atan2(tool[1, 0], tool[0, 0])
         place = waypoint(float(option.place[0]), task.place, yaw, math.pi / 2)
-        d4 = BRANCHES[option.branch][0] * self._kinematics.arm.d4
+        d4 = BRANCHES[option.branch][0] * self._kinematics.robot.d4
         rail = max(-0.5, min(0.5, place[0]))
         stance = Stance(0.0, option.branch, rail, place[0])
         lying = replace(task, pick_yaw=0.0)

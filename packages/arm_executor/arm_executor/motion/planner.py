@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from arm_executor.model.arm_interface import MotionError, PlaceRequest
 from arm_executor.model.kinematics import BRANCHES, HOME_POSTURE, CellKinematics
 from arm_executor.model.layout import Layout
-from arm_executor.model.parameters import ArmModel
+from arm_executor.model.robot_data import RobotModel
 from arm_executor.motion.collision import BOX_SKIN, PlanningWorld
 from arm_executor.motion.front import FrontPlanner
 from arm_executor.motion.grasp import stands_upright
@@ -90,14 +90,14 @@ class MotionPlanner:
 
     def __init__(
         self,
-        arm: ArmModel,
+        robot: RobotModel,
         layout: Layout,
         limits: MotionLimits,
         world: PlanningWorld,
         period: float,
     ) -> None:
-        self.kinematics = CellKinematics(arm, layout)
-        self.timing = Timing(arm, layout, limits)
+        self.kinematics = CellKinematics(robot, layout)
+        self.timing = Timing(robot, layout, limits)
         self._layout = layout
         self._world = world
         self._period = period
@@ -108,8 +108,10 @@ class MotionPlanner:
         solutions = self.kinematics.tool_down([0.0], [hover_point(self._layout)], [0.0])[0]
         home: Array = solutions[BRANCHES.index(HOME_POSTURE)]
         if np.isnan(home).any():
-            arm, point = self.kinematics.arm.name, hover_point(self._layout)
-            msg = f'{arm} cannot reach the waiting point {point} above the belt: change the layout'
+            robot, point = self.kinematics.robot.name, hover_point(self._layout)
+            msg = (
+                f'{robot} cannot reach the waiting point {point} above the belt: change the layout'
+            )
             raise MotionError(ErrorCode.START_STATE_INVALID, msg)
         return home
 
@@ -133,7 +135,7 @@ class MotionPlanner:
         if not stances:
             x, y, z = request.target.position
             msg = (
-                f'box {request.box.id}: nowhere on its rail can {self.kinematics.arm.name} reach '
+                f'box {request.box.id}: nowhere on its rail can {self.kinematics.robot.name} reach '
                 f'({x:.3f}, {y:.3f}, {z:.3f}) m in bin {site.station}'
             )
             raise MotionError(ErrorCode.NO_IK_SOLUTION, msg)
@@ -150,11 +152,11 @@ class MotionPlanner:
                 world.remove(name)
 
     def _check_load(self, request: PlaceRequest) -> None:
-        arm, tool = self.kinematics.arm, self._layout.tool
-        allowed = arm.payload_tool_down - tool.mass
+        robot, tool = self.kinematics.robot, self._layout.tool
+        allowed = robot.payload_tool_down - tool.mass
         if request.box.weight_kg > allowed:
             msg = (
-                f'box {request.box.id} weighs {request.box.weight_kg:g} kg; {arm.name} lifts '
+                f'box {request.box.id} weighs {request.box.weight_kg:g} kg; {robot.name} lifts '
                 f'{allowed:g} kg with its {tool.mass:g} kg mast'
             )
             raise MotionError(ErrorCode.LIMITS_EXCEEDED, msg)
@@ -253,7 +255,7 @@ class MotionPlanner:
                 return hit
             at, tool, yaw = switch.q[-1], switch.tcp[-1], float(switch.yaw[-1])
         begin = waypoint(float(at[0]), tool, yaw, math.pi / 2)
-        d4 = BRANCHES[stance.branch][0] * self.kinematics.arm.d4
+        d4 = BRANCHES[stance.branch][0] * self.kinematics.robot.d4
         way = find_way(task, stance, begin, float(at[6]), d4)
         placed = ('the box in place', task.place, turned)
         found: list[JointPath] = []

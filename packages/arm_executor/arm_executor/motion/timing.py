@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from toppra import algorithm, constraint
 
 from arm_executor.model.layout import Layout
-from arm_executor.model.parameters import ArmModel
+from arm_executor.model.robot_data import RobotModel
 from arm_executor.model.suction import LEAST_ACCELERATION, holding_limits, tool_acceleration_limit
 from arm_executor.model.urdf import cell_urdf
 from pack_msgs_py.values import Vec3
@@ -99,16 +99,16 @@ def joined(pieces: Sequence[Trajectory]) -> Trajectory:
 class Timing:
     """Turns joint paths into trajectories for one arm in one cell."""
 
-    def __init__(self, arm: ArmModel, layout: Layout, limits: MotionLimits) -> None:
+    def __init__(self, robot: RobotModel, layout: Layout, limits: MotionLimits) -> None:
         self.limits = limits
         self._tool = layout.tool
-        self._model = pinocchio.buildModelFromXML(cell_urdf(arm, layout))
+        self._model = pinocchio.buildModelFromXML(cell_urdf(robot, layout))
         self._loaded: OrderedDict[Load | None, _Loaded] = OrderedDict()
         rail = layout.rail
         acceleration = limits.joint_acceleration * np.array([1, 1, 1, 2, 2, 2])
-        self.max_speed: Array = np.r_[rail.speed, arm.max_speed]
+        self.max_speed: Array = np.r_[rail.speed, robot.max_speed]
         self.max_acceleration: Array = np.r_[rail.acceleration, acceleration]
-        self.max_torque: Array = np.r_[rail.force, arm.max_torque] * limits.torque_share
+        self.max_torque: Array = np.r_[rail.force, robot.max_torque] * limits.torque_share
 
     def trajectory(self, q: Array, load: Load | None, period: float) -> Trajectory | None:
         """Fastest trajectory through ``q`` (n, 7), sampled every ``period`` s; ``None`` if none.

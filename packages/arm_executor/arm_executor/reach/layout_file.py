@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from arm_executor.model.layout import Layout, LayoutError, Rail, Stations, Tool, check_layout
-from arm_executor.model.parameters import ARMS
+from arm_executor.model.robot_data import ROBOTS
 from arm_executor.reach.reach import check_reach
 from pack_msgs_py.values import BinSpec
 
@@ -30,8 +30,8 @@ _DEFAULTS = {
 
 def default_layout(robot: str) -> Layout:
     """The layout that goes with ``robot``; :class:`LayoutError` lists the known ones."""
-    if robot not in ARMS:
-        msg = f'layout: unknown robot {robot!r}: use one of {", ".join(ARMS)}'
+    if robot not in ROBOTS:
+        msg = f'layout: unknown robot {robot!r}: use one of {", ".join(ROBOTS)}'
         raise LayoutError(msg)
     return replace(_DEFAULTS.get(robot, Layout()), robot=robot)
 
@@ -49,10 +49,10 @@ def find_layout(path: str, robot: str = '') -> Layout:
     return default_layout(robot or Layout.robot)
 
 
-def layout_for(path: str, robot: str, bins: Mapping[str, BinSpec], with_arm: bool) -> Layout:
+def layout_for(path: str, robot: str, bins: Mapping[str, BinSpec], *, must_reach: bool) -> Layout:
     """The layout of :func:`find_layout`, checked for ``bins`` (kind by station).
 
-    ``with_arm`` is whether a robot has to reach them.
+    ``must_reach`` is whether the robot has to reach them.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def layout_for(path: str, robot: str, bins: Mapping[str, BinSpec], with_arm: boo
         It cannot be read, built or served by the robot.
     """
     layout = check_layout(find_layout(path, robot), bins)
-    if with_arm:
+    if must_reach:
         check_reach(layout, bins)
     return layout
 

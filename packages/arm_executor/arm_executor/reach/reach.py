@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from arm_executor.model.kinematics import BRANCHES, HOME_POSTURE, CellKinematics
 from arm_executor.model.layout import Layout, LayoutError, bin_frame, lifting_limit, pick_pose
-from arm_executor.model.parameters import find_arm
+from arm_executor.model.robot_data import find_robot
 from arm_executor.motion.template import hover_point
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.values import BinSpec, Box, Vec3
@@ -88,7 +88,7 @@ def configurations(kinematics: CellKinematics, points: Array) -> Array:
 
 def reached(layout: Layout, station: str, spec: BinSpec) -> float:
     """Share of the places of a bin that the joints can take the pad to, 0 to 1."""
-    kinematics = CellKinematics(find_arm(layout.robot), layout)
+    kinematics = CellKinematics(find_robot(layout.robot), layout)
     points = pad_points(layout, station, spec, probe_places(spec))
     return float(_possible(configurations(kinematics, points)).mean())
 
@@ -98,7 +98,7 @@ def check_reach(layout: Layout, bins: Mapping[str, BinSpec], least: float = LEAS
 
     ``bins`` are kinds by station; ``least`` is the share of a bin that must be in reach.
     """
-    kinematics = CellKinematics(find_arm(layout.robot), layout)
+    kinematics = CellKinematics(find_robot(layout.robot), layout)
     x, y, z = pick_pose(layout, PROBE_MM).position
     for name, point, branches in (
         ('the waiting point above the belt', hover_point(layout), (BRANCHES.index(HOME_POSTURE),)),
@@ -107,7 +107,7 @@ def check_reach(layout: Layout, bins: Mapping[str, BinSpec], least: float = LEAS
         q = kinematics.tool_down([0.0], [point], [0.0], branches)[0]
         if np.isnan(q).any(axis=1).all():
             msg = (
-                f'layout: {layout.robot} (reach {kinematics.arm.reach:g} m) on a base '
+                f'layout: {layout.robot} (reach {kinematics.robot.reach:g} m) on a base '
                 f'{layout.rail.base_height:g} m high cannot reach {name}, '
                 f'({point[0]:g}, {point[1]:g}, {point[2]:g}) m; {_advice(layout)}'
             )
@@ -116,9 +116,9 @@ def check_reach(layout: Layout, bins: Mapping[str, BinSpec], least: float = LEAS
         share = reached(layout, station, spec)
         if share < least:
             msg = (
-                f'layout: {layout.robot} (reach {kinematics.arm.reach:g} m) reaches {share:.0%} of '
-                f'bin {station} ({spec.name}), at least {least:.0%} are needed; {_advice(layout)}, '
-                'or a smaller bin'
+                f'layout: {layout.robot} (reach {kinematics.robot.reach:g} m) reaches {share:.0%} '
+                f'of bin {station} ({spec.name}), at least {least:.0%} are needed; '
+                f'{_advice(layout)}, or a smaller bin'
             )
             raise LayoutError(msg)
 

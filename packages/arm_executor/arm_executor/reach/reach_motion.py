@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from arm_executor.model.arm_interface import MotionError, PlaceRequest
 from arm_executor.model.layout import Layout, bin_blocks, bin_frame, conveyor_block, pick_pose
-from arm_executor.model.parameters import find_arm
+from arm_executor.model.robot_data import find_robot
 from arm_executor.motion.collision import PlanningWorld
 from arm_executor.motion.path import JointPath
 from arm_executor.motion.planner import MotionPlanner
@@ -82,7 +82,7 @@ class ReachCheck:
 
     def __init__(self, layout: Layout, bins: Mapping[str, BinSpec]) -> None:
         self._layout, self._bins = layout, dict(bins)
-        arm = find_arm(layout.robot)
+        arm = find_robot(layout.robot)
         self._world = PlanningWorld(arm, layout)
         self._world.set_block(conveyor_block(layout))
         for station, spec in self._bins.items():

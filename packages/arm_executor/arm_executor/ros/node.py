@@ -23,7 +23,8 @@ from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
 from rclpy.task import Future
 
-from arm_executor.arms.choose import make_arm
+from arm_executor.arms.kind import ArmSetup
+from arm_executor.arms.registry import find_arm
 from arm_executor.arms.true_boxes import Truth
 from arm_executor.bins.book import STATIONS, BinBook
 from arm_executor.bins.journal import Journal, JournalError
@@ -41,9 +42,8 @@ from arm_executor.goals.outputs import (
     Replied,
     Said,
 )
-from arm_executor.goals.settings import Parameters, destinations_from, settings_from
 from arm_executor.model.arm_interface import Arm
-from arm_executor.model.layout import Layout
+from arm_executor.parameters import ExecutorParameters, destinations_from, settings_from
 from arm_executor.reach.layout_file import layout_for
 from arm_executor.ros.messages import (
     feedback_to_ros,
@@ -70,23 +70,14 @@ STOP_TIMEOUT_S = 2.0
 #: each change of one, which costs a busy client a lot.
 RESULT_TIMEOUT_S = 5
 
-ArmFactory = Callable[[Parameters, Layout], Arm]
-
-
-def arm_from(parameters: Parameters, layout: Layout, truth: Truth) -> Arm:
-    """The arm that the parameters ask for."""
-    return make_arm(
-        parameters.arm,
-        layout=layout,
-        speed=parameters.speed,
-        tolerance_mm=parameters.tolerance_mm,
-        angle_tolerance_deg=parameters.angle_tolerance_deg,
-        truth=truth,
-    )
-
 
 class ArmExecutor(Node):
     """See the module's docstring for its interfaces.
+
+    Parameters
+    ----------
+    make_arm : builds the arm instead of the kind that the parameter ``arm`` names.
+    node_arguments : those of :class:`rclpy.node.Node`.
 
     Raises
     ------
@@ -97,7 +88,7 @@ class ArmExecutor(Node):
     def __init__(
         self,
         *,
-        arm_factory: ArmFactory | None = None,
+        make_arm: Callable[[ArmSetup], Arm] | None = None,
         **node_arguments: Any,  # noqa: ANN401 - handed on to rclpy
     ) -> None:
         super().__init__('arm_executor', **node_arguments)
@@ -105,29 +96,38 @@ class ArmExecutor(Node):
         self._handles: dict[bytes, ServerGoalHandle] = {}
         self._results: dict[bytes, Future] = {}
         self._mode = Mode.INACTIVE
-        parameters = declare_parameters(self, Parameters)
+        parameters = declare_parameters(self, ExecutorParameters)
         spec = parse_bin(parameters.bin_type)
-        with_arm = parameters.arm == 'physics'
+        kind = find_arm(parameters.arm)
         stations = STATIONS[: parameters.open_bins]
         self._layout = layout_for(
-            parameters.layout, parameters.robot, dict.fromkeys(stations, spec), with_arm
+            parameters.layout,
+            parameters.robot,
+            dict.fromkeys(stations, spec),
+            must_reach=kind.moves_robot,
         )
-        settings = settings_from(parameters, self._layout)
+        limit = None if kind.lifting_limit is None else kind.lifting_limit(self._layout)
+        settings = settings_from(parameters, limit)
         self._journal = Journal(parameters.state_dir, configuration(spec, settings.profile))
         destinations = destinations_from(parameters)
         self._book = BinBook(self._journal, spec, parameters.open_bins, self._now_s, destinations)
-        # What is in the bins outlives a restart only where a world is rebuilt from it.
-        self._truth = Truth(parameters.state_dir if parameters.arm == 'physics' else '')
-        make = arm_factory or partial(arm_from, truth=self._truth)
+        self._truth = Truth(parameters.state_dir if kind.keeps_true_boxes else '')
+        setup = ArmSetup(
+            layout=self._layout,
+            speed=parameters.speed,
+            tolerance_mm=parameters.tolerance_mm,
+            angle_tolerance_deg=parameters.angle_tolerance_deg,
+            truth=self._truth,
+        )
         self._core = ExecutorCore(
             self._book,
             settings,
-            lambda: make(parameters, self._layout),
+            partial(make_arm or kind.make, setup),
             self._emit,
             wall=self._now_s,
         )
         self._publish = Publishers(self)
-        self._views = Views(self, self._layout, spec, self._core.joints, with_arm)
+        self._views = Views(self, self._layout, spec, self._core.joints, kind.moves_robot)
         self._wake = self.create_guard_condition(self._drain)
         self._make_interfaces()
         self._core.start()

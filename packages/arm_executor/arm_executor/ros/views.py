@@ -23,7 +23,7 @@ from visualization_msgs.msg import MarkerArray
 
 from arm_executor.bins.book import STATIONS, BookState
 from arm_executor.model.layout import Layout, bin_frame
-from arm_executor.model.parameters import find_arm
+from arm_executor.model.robot_data import find_robot
 from arm_executor.model.tree import ROOT, Joint, cell_joints
 from arm_executor.model.urdf import cell_urdf
 from arm_executor.ros.markers import Scene, markers
@@ -48,7 +48,7 @@ class Views:
     layout : where everything stands.
     spec : kind of every bin.
     joints : names and positions of the joints now; both empty for an arm without any.
-    with_arm : whether there is a robot to show.
+    shows_robot : whether there is a robot to show.
     """
 
     def __init__(
@@ -57,11 +57,11 @@ class Views:
         layout: Layout,
         spec: BinSpec,
         joints: Callable[[], Joints],
-        with_arm: bool,
+        shows_robot: bool,
     ) -> None:
         self._node, self._layout, self._joints = node, layout, joints
-        arm = find_arm(layout.robot)
-        self._tree = cell_joints(arm, layout) if with_arm else ()
+        robot = find_robot(layout.robot)
+        self._tree = cell_joints(robot, layout) if shows_robot else ()
         self._last: Joints = ((), ())
         self._rested = 0
         self._scene = Scene(layout, self._tree)
@@ -72,8 +72,8 @@ class Views:
         self._static = node.create_publisher(TFMessage, '/tf_static', qos.STATE)
         self._description = node.create_publisher(String, 'robot_description', qos.STATE)
         self._markers = node.create_publisher(MarkerArray, '~/markers', qos.STATE)
-        if with_arm:
-            self._description.publish(String(data=cell_urdf(arm, layout)))
+        if shows_robot:
+            self._description.publish(String(data=cell_urdf(robot, layout)))
         self._static.publish(TFMessage(transforms=self._fixed(spec)))
         node.create_timer(JOINTS_PERIOD_S, self._show_joints)
         node.create_timer(MARKERS_PERIOD_S, self._show_markers)

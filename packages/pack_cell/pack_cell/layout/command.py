@@ -14,7 +14,7 @@ import yaml
 
 from arm_executor.model.arm_interface import MotionError
 from arm_executor.model.layout import STATIONS, Layout, LayoutError, check_layout
-from arm_executor.model.parameters import ARMS
+from arm_executor.model.robot_data import ROBOTS
 from arm_executor.reach.layout_file import find_layout
 from arm_executor.reach.reach import LEAST_REACH, check_reach
 from pack_cell.options import bin_kind, number
@@ -50,7 +50,7 @@ def add_layout(verbs: Any) -> None:  # noqa: ANN401 - argparse does not name its
         '--layout', default='', metavar='FILE', help='YAML file; default: the built-in layout'
     )
     parser.add_argument(
-        '--robot', choices=tuple(ARMS), default='', help="robot instead of the layout's own"
+        '--robot', choices=tuple(ROBOTS), default='', help="robot instead of the layout's own"
     )
     parser.add_argument(
         '--bin',

@@ -16,7 +16,7 @@ from arm_executor.model.layout import (
     conveyor_block,
     rail_block,
 )
-from arm_executor.model.parameters import find_arm
+from arm_executor.model.robot_data import find_robot
 from pack_msgs_py.cell_values import Pose
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def _view(axis: Any, layout: Layout, verdict: Verdict, deadline_s: float) -> Non
                 (x, 0.0), layout.rail.pedestal_radius, color=_STEEL, alpha=1.0 if x == 0 else 0.4
             )
         )
-    reach = find_arm(layout.robot).reach
+    reach = find_robot(layout.robot).reach
     axis.add_patch(Circle((0.0, 0.0), reach, fill=False, linestyle=':', color='#555555'))
     axis.text(
         layout.rail.x_max, -0.2, f'rail of the {layout.robot}', ha='right', va='top', fontsize=9

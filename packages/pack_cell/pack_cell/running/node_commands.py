@@ -8,7 +8,7 @@ from typing import Any
 
 import yaml
 
-from arm_executor.model.layout import lifting_limit
+from arm_executor.arms.registry import find_arm
 from arm_executor.reach.layout_file import find_layout
 from conveyor_sim.streams import destination_names, resolved
 from pack_cell.options import GRASP_FACES, SCAN_SIGMA_DEG, SCAN_SIGMA_KG, RunOptions
@@ -98,8 +98,9 @@ def planning_budget_s(options: RunOptions) -> float:
 
 
 def _payload(options: RunOptions) -> float:
-    """What the robot lifts, kg; 0 for an arm without one."""
-    if options.arm != 'physics':
+    """What the arm lifts, kg; 0 for one that lifts any box."""
+    lifting_limit = find_arm(options.arm).lifting_limit
+    if lifting_limit is None:
         return 0.0
     path = str(options.layout) if options.layout else ''
     return lifting_limit(find_layout(path, options.robot))

@@ -33,8 +33,8 @@ from arm_executor.model.arm_interface import (
     PlaceRequest,
 )
 from arm_executor.model.layout import Layout, check_layout, conveyor_block
-from arm_executor.model.parameters import find_arm
 from arm_executor.model.pose_error import corner_distance, folded, turn_between
+from arm_executor.model.robot_data import find_robot
 from arm_executor.model.suction import check_grip
 from arm_executor.model.tree import CELL_JOINT_NAMES
 from arm_executor.motion.collision import PlanningWorld
@@ -92,17 +92,17 @@ class PhysicsArm:
     ) -> None:
         self._truth = truth or Truth()
         self.layout = layout or Layout()
-        arm = find_arm(self.layout.robot)
+        robot = find_robot(self.layout.robot)
         check_layout(self.layout, {} if bin_spec is None else dict.fromkeys('ABC', bin_spec))
         self._tolerances = Tolerances(
             tolerance_mm / 1000, math.radians(angle_tolerance_deg), others_tolerance_mm / 1000
         )
-        self.world = PhysicsWorld(arm, self.layout, speed)
+        self.world = PhysicsWorld(robot, self.layout, speed)
         self.gripper = SuctionGripper(self.world, self.layout.tool)
-        self._planning = PlanningWorld(arm, self.layout)
+        self._planning = PlanningWorld(robot, self.layout)
         self._planning.set_block(conveyor_block(self.layout))
         self._planner = MotionPlanner(
-            arm, self.layout, limits or MotionLimits(), self._planning, STEP_S
+            robot, self.layout, limits or MotionLimits(), self._planning, STEP_S
         )
         self._stands = Stands(self.layout, self.world, self._planning)
         self._driver = ArmDriver(self.world, self.gripper, self._planner.home())

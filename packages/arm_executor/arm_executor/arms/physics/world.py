@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from arm_executor.model import bullet, colours
 from arm_executor.model.layout import Block, Layout, conveyor_block, rail_block
-from arm_executor.model.parameters import ArmModel
+from arm_executor.model.robot_data import RobotModel
 from arm_executor.model.urdf import cell_urdf
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.values import Box, Vec3
@@ -57,7 +57,7 @@ class PhysicsWorld:
     each of them.
     """
 
-    def __init__(self, arm: ArmModel, layout: Layout, speed: float = 0.0) -> None:
+    def __init__(self, robot: RobotModel, layout: Layout, speed: float = 0.0) -> None:
         self.client = bullet.connect()
         self._speed = speed
         self._due = time.monotonic()
@@ -75,9 +75,9 @@ class PhysicsWorld:
             contactBreakingThreshold=_TOUCH,
             physicsClientId=client,
         )
-        self.robot = bullet.load_robot(client, cell_urdf(arm, layout))
+        self.robot = bullet.load_robot(client, cell_urdf(robot, layout))
         self.joints = bullet.joint_indices(client, self.robot)
-        self._torques = [layout.rail.force, *arm.max_torque]
+        self._torques = [layout.rail.force, *robot.max_torque]
         self.links = {name: n for n, name in bullet.link_names(client, self.robot).items()}
         for link in self.links.values():
             pybullet.changeDynamics(

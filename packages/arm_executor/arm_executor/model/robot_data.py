@@ -1,4 +1,4 @@
-"""Published parameters of the supported arms.
+"""Published data of the supported robots.
 
 Published: kinematics, joint speeds and torques (Universal Robots, 'DH parameters for calculations
 of kinematics and dynamics' and 'Max. joint torques'), payload and reach (data sheets), lateral
@@ -26,8 +26,8 @@ JOINT_NAMES = (
 
 
 @dataclass(frozen=True)
-class ArmModel:
-    """One arm.
+class RobotModel:
+    """One robot arm.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class ArmModel:
 
 def _speeds(big: float, elbow: float, wrist: float) -> Six:
     degrees = (big, big, elbow, wrist, wrist, wrist)
-    a, b, c, d, e, f = (math.radians(one) for one in degrees)
+    a, b, c, d, e, f = (math.radians(speed) for speed in degrees)
     return (a, b, c, d, e, f)
 
 
@@ -89,10 +89,10 @@ _BIG = {
     'elbow_offset': 0.043,
 }
 
-ARMS: dict[str, ArmModel] = {
-    one.name: one
-    for one in (
-        ArmModel(
+ROBOTS: dict[str, RobotModel] = {
+    robot.name: robot
+    for robot in (
+        RobotModel(
             name='ur5e',
             d1=0.1625,
             a2=-0.425,
@@ -109,7 +109,7 @@ ARMS: dict[str, ArmModel] = {
             shoulder_offset=0.138,
             elbow_offset=0.007,
         ),
-        ArmModel(
+        RobotModel(
             name='ur10e',
             a2=-0.6127,
             a3=-0.57155,
@@ -118,7 +118,7 @@ ARMS: dict[str, ArmModel] = {
             reach=1.30,
             **_E10,  # type: ignore[arg-type]
         ),
-        ArmModel(
+        RobotModel(
             name='ur16e',
             a2=-0.4784,
             a3=-0.36,
@@ -127,7 +127,7 @@ ARMS: dict[str, ArmModel] = {
             reach=0.90,
             **_E10,  # type: ignore[arg-type]
         ),
-        ArmModel(
+        RobotModel(
             name='ur20',
             a2=-0.862,
             a3=-0.7287,
@@ -136,7 +136,7 @@ ARMS: dict[str, ArmModel] = {
             reach=1.75,
             **_BIG,  # type: ignore[arg-type]
         ),
-        ArmModel(
+        RobotModel(
             name='ur30',
             a2=-0.637,
             a3=-0.5037,
@@ -149,10 +149,10 @@ ARMS: dict[str, ArmModel] = {
 }
 
 
-def find_arm(name: str) -> ArmModel:
-    """The arm called ``name``; ``ValueError`` lists the known ones."""
+def find_robot(name: str) -> RobotModel:
+    """The robot called ``name``; ``ValueError`` lists the known ones."""
     try:
-        return ARMS[name]
+        return ROBOTS[name]
     except KeyError:
-        msg = f'unknown robot {name!r}: use one of {", ".join(ARMS)}'
+        msg = f'unknown robot {name!r}: use one of {", ".join(ROBOTS)}'
         raise ValueError(msg) from None

@@ -5,28 +5,21 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from arm_executor.arms.choose import ARMS
-from arm_executor.goals.judging import Tolerance
-from arm_executor.model.layout import Layout, lifting_limit
-from arm_executor.model.parameters import ARMS as ROBOTS
+from arm_executor.arms.registry import ARMS_IN_WORDS, DEFAULT_ARM
+from arm_executor.model.robot_data import ROBOTS
 from pack_msgs_py.orientation import ORIENTATION_RULES
 from pack_msgs_py.parameter_fields import parameter
 from pack_msgs_py.profiles import PROFILES, Profile
 
 
 @dataclass(frozen=True)
-class Parameters:
+class ExecutorParameters:
     """Parameters of node `arm_executor`; all are read once, at the start."""
 
-    arm: str = parameter(
-        'physics',
-        'What moves the boxes: a robot model with physics, or only the time it would take.',
-        choices=ARMS,
-        read_only=True,
-    )
+    arm: str = parameter(DEFAULT_ARM, f'What moves the boxes: {ARMS_IN_WORDS}.', read_only=True)
     robot: str = parameter(
         '',
-        'Robot model of the arm `physics`; empty for that of the layout.',
+        'Robot of an arm that moves one; empty for that of the layout.',
         choices=('', *ROBOTS),
         read_only=True,
     )
@@ -117,8 +110,16 @@ class Parameters:
 
 
 @dataclass(frozen=True)
-class Settings:
-    """How the core works; see :class:`Parameters` for what each value means."""
+class Tolerance:
+    """How far a box may rest from where it should be, and another may move."""
+
+    position_m: float
+    angle_rad: float
+
+
+@dataclass(frozen=True)
+class ExecutorSettings:
+    """How the core works; see :class:`ExecutorParameters` for what each value means."""
 
     profile: Profile
     tolerance: Tolerance
@@ -128,26 +129,29 @@ class Settings:
     speed: float = 1.0
 
 
-def destinations_from(parameters: Parameters) -> tuple[str, ...]:
+def destinations_from(parameters: ExecutorParameters) -> tuple[str, ...]:
     """What the stations serve at the start, in turn; nothing for any box anywhere."""
-    names = (one.strip() for one in parameters.destinations.split(','))
-    return tuple(one for one in names if one)
+    names = (name.strip() for name in parameters.destinations.split(','))
+    return tuple(name for name in names if name)
 
 
-def settings_from(parameters: Parameters, layout: Layout | None = None) -> Settings:
+def settings_from(
+    parameters: ExecutorParameters, lifting_limit_kg: float | None = None
+) -> ExecutorSettings:
     """The core's settings; parameters have been checked before.
 
-    Where the robot of ``layout`` lifts less than the profile allows, that is the limit.
+    Where the arm lifts less than the profile allows, ``lifting_limit_kg`` is the limit; ``None``
+    for an arm that lifts any box.
     """
     profile = PROFILES[parameters.profile]
     if parameters.orientations:
         profile = replace(profile, orientations=parameters.orientations)
     if parameters.size_sigmas >= 0:
         profile = replace(profile, size_sigmas=parameters.size_sigmas)
-    if layout is not None and parameters.arm == 'physics':
-        lift = min(lifting_limit(layout), profile.max_payload_kg or math.inf)
-        profile = replace(profile, max_payload_kg=lift)
-    return Settings(
+    if lifting_limit_kg is not None:
+        lift_kg = min(lifting_limit_kg, profile.max_payload_kg or math.inf)
+        profile = replace(profile, max_payload_kg=lift_kg)
+    return ExecutorSettings(
         profile=profile,
         tolerance=Tolerance(
             parameters.tolerance_mm / 1e3, math.radians(parameters.angle_tolerance_deg)

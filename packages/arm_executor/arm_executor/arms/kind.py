@@ -1,0 +1,57 @@
+"""What is known of an arm before there is one: its name, what it can do, how to make it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from arm_executor.arms.true_boxes import Truth
+from arm_executor.model.arm_interface import Arm
+from arm_executor.model.layout import Layout
+
+
+@dataclass(frozen=True)
+class ArmSetup:
+    """What an arm is made from.
+
+    Attributes
+    ----------
+    layout : where everything stands, and which robot it is.
+    speed : robot seconds per wall-clock second; 0 is as fast as the machine can.
+    tolerance_mm, angle_tolerance_deg : how far off a box may rest, in millimetres at its farthest
+        corner and in degrees; another box of the bin may move as far.
+    truth : what the boxes really are, for an arm in a simulated world; nothing is known of a box
+        that nobody told of, which is then as scanned.
+    """
+
+    layout: Layout
+    speed: float = 1.0
+    tolerance_mm: float = 5.0
+    angle_tolerance_deg: float = 2.0
+    truth: Truth = field(default_factory=Truth)
+
+
+@dataclass(frozen=True)
+class ArmKind:
+    """One kind of arm, as the rest of the cell knows it.
+
+    Attributes
+    ----------
+    name : what it is called in the parameter ``arm`` and the option ``--arm``.
+    summary : what it does, in words that follow its name: 'moves a robot model in PyBullet'.
+    make : builds the arm; called once, on the thread that will own it. What only this arm needs
+        is imported in there, so that the others run without it.
+    moves_robot : it moves the robot of the layout. Then that robot must reach every bin, or the
+        cell does not start, and viewers are shown it.
+    lifting_limit : heaviest box that it lifts in a layout, kg; ``None`` for an arm that lifts any.
+        Planner and executor then keep to it where it is less than the profile's.
+    keeps_true_boxes : after a restart its world is built again from what the boxes in the bins
+        really are, so that this is kept on disk beside the journal.
+    """
+
+    name: str
+    summary: str
+    make: Callable[[ArmSetup], Arm]
+    moves_robot: bool = False
+    lifting_limit: Callable[[Layout], float] | None = None
+    keeps_true_boxes: bool = False
