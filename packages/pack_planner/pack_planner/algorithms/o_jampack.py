@@ -29,6 +29,6 @@ def o_jampack(problem: Problem) -> Choice | None:
     corner points. Its full text is not public, so this takes what Ojha et al. say of it, "using
     corner points", as three corners of each box (see
     :func:`pack_planner.engine.points.corner_points`), tried by z, y, x, bins oldest first. Fills
-    therefore need not be those of the paper; docs/benchmarks.md has both.
+    therefore need not be those of the paper; docs/benchmarks/paper.md has both.
     """
     return opack(problem, JAMPACK)
