@@ -39,7 +39,14 @@ from pack_msgs_py.codes import ErrorCode, Phase
 from pack_msgs_py.metrics import quantile
 from pack_msgs_py.profiles import find_profile
 from pack_msgs_py.values import Bin, Box, parse_bin
-from pack_planner.decision.planner import Close, Place, Planner, Settings, Situation, expected_bins
+from pack_planner.decision.planner import (
+    CloseStep,
+    DecisionState,
+    PlaceStep,
+    Planner,
+    PolicySettings,
+    expected_bins,
+)
 from pack_planner.decision.refusals import Refusals
 
 #: Seconds per box of the figures to reach, median and 95 %; issue of the arm.
@@ -89,7 +96,7 @@ class Rig:
         self.arm = PhysicsArm(layout)
         self.spec = parse_bin(kind)
         profile = replace(find_profile('cell'), orientations=GRASP_FACES[options.grasp_faces])
-        self.planner = Planner(Settings(options.algorithm, profile), time.perf_counter)
+        self.planner = Planner(PolicySettings(options.algorithm, profile), time.perf_counter)
         self.refusals = Refusals()
         self.tally = Tally(kind)
         self.serial = 0
@@ -135,15 +142,15 @@ class Rig:
                 belt.append(box)
             if not belt:
                 break
-            situation = Situation(tuple(belt), self.bins, self.refusals.snapshot())
-            outcome = self.planner.decide(situation)
-            if isinstance(outcome, Place):
+            state = DecisionState(tuple(belt), self.bins, self.refusals.snapshot())
+            outcome = self.planner.decide(state)
+            if isinstance(outcome, PlaceStep):
                 self.tally.first_choices += first
                 done = self.place(outcome.decision, first)
                 first = done
                 if done:
                     belt.remove(outcome.decision.box)
-            elif isinstance(outcome, Close):
+            elif isinstance(outcome, CloseStep):
                 self.close_bin(outcome.target)
                 first = True
             else:

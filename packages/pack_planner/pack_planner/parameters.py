@@ -10,8 +10,14 @@ from pack_msgs_py.parameter_fields import parameter
 from pack_msgs_py.profiles import PROFILES, find_profile
 from pack_planner.algorithms import ALGORITHMS
 from pack_planner.algorithms.base import BACKENDS
-from pack_planner.decision.options import CLOSINGS, MOST_PASSED_OVER, SELECTIONS, SORTS, Options
-from pack_planner.decision.policy import Settings
+from pack_planner.decision.options import (
+    CLOSINGS,
+    MOST_PASSED_OVER,
+    SELECTIONS,
+    SORTS,
+    DecisionOptions,
+)
+from pack_planner.decision.policy import PolicySettings
 from pack_planner.decision.weights import DEFAULT_WEIGHTS, parse_weights
 
 
@@ -132,7 +138,7 @@ class PlannerParameters:
     )
 
 
-def settings(parameters: PlannerParameters) -> Settings:
+def settings(parameters: PlannerParameters) -> PolicySettings:
     """How to decide under these parameters."""
     profile = find_profile(parameters.profile)
     if parameters.orientations:
@@ -142,7 +148,7 @@ def settings(parameters: PlannerParameters) -> Settings:
     if parameters.max_payload_kg:
         lift = min(parameters.max_payload_kg, profile.max_payload_kg or math.inf)
         profile = replace(profile, max_payload_kg=lift)
-    options = Options(
+    options = DecisionOptions(
         parameters.cep,
         parameters.sort,
         parameters.selection,
@@ -150,7 +156,7 @@ def settings(parameters: PlannerParameters) -> Settings:
         parameters.closing,
         parameters.max_passed_over,
     )
-    return Settings(
+    return PolicySettings(
         parameters.algorithm,
         profile,
         parse_weights(parameters.weights),

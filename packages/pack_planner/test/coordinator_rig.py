@@ -12,8 +12,8 @@ from pack_msgs_py.values import Bin, Box
 from pack_planner.coordination.alternatives import Planned
 from pack_planner.coordination.coordinator import Coordinator
 from pack_planner.coordination.inputs import Heartbeat
-from pack_planner.coordination.negotiation import Answer, Asking
-from pack_planner.decision.planner import Place, expected_bins
+from pack_planner.coordination.negotiation import Asking, CheckAnswer
+from pack_planner.decision.planner import PlaceStep, expected_bins
 
 EMPTY = Bin('bin-1', 1, SMALL)
 OK = ErrorCode.NONE
@@ -36,8 +36,8 @@ class Cell:
         self.remaining = 5
 
     # outputs
-    def plan(self, number, situation, candidates):
-        self.situations[number] = situation
+    def plan(self, number, state, candidates):
+        self.situations[number] = state
         self.wanted = candidates
         self.done.append(('plan', number))
 
@@ -102,13 +102,16 @@ class Cell:
             )
             for at in (corner, *others)
         ]  # fmt: skip
-        self.coordinator.on_planned(number, Planned(Place(found[0]), tuple(found[1:])))
+        self.coordinator.on_planned(number, Planned(PlaceStep(found[0]), tuple(found[1:])))
 
     def answer(self, *answers):
         """The arm's answers: codes of refusals, or seconds of motion."""
         self.coordinator.on_checked(
             self.asked[0],
-            [Answer(one) if isinstance(one, ErrorCode) else Answer(OK, one) for one in answers],
+            [
+                CheckAnswer(one) if isinstance(one, ErrorCode) else CheckAnswer(OK, one)
+                for one in answers
+            ],
         )
 
     def outcome(self, outcome):

@@ -12,8 +12,8 @@ from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.validator import validate_bins
 from pack_msgs_py.values import Bin, BinSpec, Box, PlacedBox
 from pack_planner.algorithms import ALGORITHMS, Problem, find_algorithm
-from pack_planner.decision.options import Options
-from pack_planner.decision.policy import Settings, Situation, next_step
+from pack_planner.decision.options import DecisionOptions
+from pack_planner.decision.policy import DecisionState, PolicySettings, next_step
 from pack_planner.engine import Engine, Zone
 
 ENGINES = {name: Engine(profile) for name, profile in PROFILES.items()}
@@ -24,11 +24,13 @@ NEAREST_ONLY = ['first_fit', 'best_fit', 'dbl', 'lsah', 'heightmap_min', 'online
 
 def pack(name, engine, boxes, look_ahead, open_bins, spec=SMALL, options=None):
     """Pack ``boxes`` in order; a bin is closed when nothing fits."""
-    settings = Settings(name, engine.profile, node_limit=100, options=options or Options())
+    settings = PolicySettings(
+        name, engine.profile, node_limit=100, options=options or DecisionOptions()
+    )
     bins = [Bin(f'bin-{i}', i, spec) for i in range(1, open_bins + 1)]
     closed, waiting, order = [], list(boxes), []
     while waiting:
-        step = next_step(settings, engine, Situation(tuple(waiting[:look_ahead]), tuple(bins)))
+        step = next_step(settings, engine, DecisionState(tuple(waiting[:look_ahead]), tuple(bins)))
         assert step is not None, 'a box that fits an empty bin was placed nowhere'
         if isinstance(step, Bin):
             bins.remove(step)
@@ -71,10 +73,10 @@ def test_every_placement_obeys_the_rules(name, profile, look_ahead, open_bins):
 
 
 @pytest.mark.parametrize('options', [
-    Options(cep=True), Options(sort='arrival', selection='nearest'),
-    Options(sort='area', selection='largest', closing='oldest'),
-    Options(sort='height', selection='large_when_empty', closing='least_useful'),
-    Options(max_passed_over=5, selection='largest', cep=True),
+    DecisionOptions(cep=True), DecisionOptions(sort='arrival', selection='nearest'),
+    DecisionOptions(sort='area', selection='largest', closing='oldest'),
+    DecisionOptions(sort='height', selection='large_when_empty', closing='least_useful'),
+    DecisionOptions(max_passed_over=5, selection='largest', cep=True),
 ], ids=lambda one: f'{one.sort}-{one.selection}-{one.closing}-{one.cep}')  # fmt: skip
 @pytest.mark.parametrize('profile', PROFILES)
 @pytest.mark.parametrize('name', [one for one in ALGORITHMS if one not in NEAREST_ONLY])

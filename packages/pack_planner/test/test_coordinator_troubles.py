@@ -19,7 +19,7 @@ from pack_planner.coordination.running_goal import (
     MOTIONS_TRIED,
     REPORT_TIMEOUT_S,
 )
-from pack_planner.decision.planner import Close, Reject, Wait
+from pack_planner.decision.planner import CloseStep, RejectStep, WaitStep
 from pack_planner.decision.refusals import TRIES_IN_EMPTY_BIN
 
 
@@ -153,7 +153,7 @@ def test_nothing_fits_closes_the_bin_and_waits_for_the_new_one(rig):
     rig.bins(full)
     rig.scan()
     rig.beat()
-    rig.outcome(Close(full))
+    rig.outcome(CloseStep(full))
     assert rig.take() == [('plan', 1), ('swap', 'bin-1')]
     rig.scan()
     assert rig.take() == []
@@ -167,7 +167,7 @@ def test_a_bin_is_never_closed_while_a_goal_runs(rig):
     rig.start('a')
     rig.event('a', BoxEventKind.PICKED)
     rig.scan(['b', 'c'])
-    rig.outcome(Close(rig.situations[2].bins[0]))
+    rig.outcome(CloseStep(rig.situations[2].bins[0]))
     assert rig.take() == [('plan', 2)]
     rig.finish()
     assert rig.take() == [('swap', 'bin-1')]
@@ -177,7 +177,7 @@ def test_a_refused_swap_decides_again(rig):
     rig.bins()
     rig.scan()
     rig.beat()
-    rig.outcome(Close(EMPTY))
+    rig.outcome(CloseStep(EMPTY))
     rig.coordinator.on_swapped(success=False, message='busy')
     rig.take()
     rig.scan()
@@ -191,7 +191,7 @@ def test_a_rejected_box_is_announced_and_no_longer_offered(rig):
     decision = Decision(
         box('a'), status=PlacementStatus.REJECT, reject_reason=Reason.OVERSIZE, reason='too large'
     )
-    rig.outcome(Reject(decision))
+    rig.outcome(RejectStep(decision))
     assert rig.take() == [('plan', 1), ('announce', 'a'), ('plan', 2)]
     assert [one.id for one in rig.situations[2].boxes] == ['b', 'c']
 
@@ -275,7 +275,7 @@ def test_waiting_is_reconsidered_with_the_next_scan(rig):
     rig.bins()
     rig.scan()
     rig.beat()
-    rig.outcome(Wait('nothing'))
+    rig.outcome(WaitStep('nothing'))
     assert rig.take() == [('plan', 1)]
     rig.scan()
     assert rig.take() == [('plan', 2)]

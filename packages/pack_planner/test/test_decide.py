@@ -11,13 +11,13 @@ from pack_msgs_py.codes import PlacementStatus, Reason
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Bin, Box, PlacedBox
 from pack_planner.decision.planner import (
-    Close,
-    Place,
+    CloseStep,
+    DecisionState,
+    PlaceStep,
     Planner,
-    Reject,
-    Settings,
-    Situation,
-    Wait,
+    PolicySettings,
+    RejectStep,
+    WaitStep,
     expected_bins,
     refreshed_target,
     rest_height_mm,
@@ -42,11 +42,11 @@ class Clock:
 
 @pytest.fixture
 def planner():
-    return Planner(Settings('mpack_lite', PROFILES['paper']), Clock())
+    return Planner(PolicySettings('mpack_lite', PROFILES['paper']), Clock())
 
 
-def situation(boxes, *bins, forbidden=None):
-    return Situation(tuple(boxes), bins or (EMPTY,), forbidden or Forbidden())
+def state(boxes, *bins, forbidden=None):
+    return DecisionState(tuple(boxes), bins or (EMPTY,), forbidden or Forbidden())
 
 
 def block(height, name='block', size=(600, 400)):
@@ -57,7 +57,7 @@ def block(height, name='block', size=(600, 400)):
 
 def test_a_decision_says_all_that_the_executor_needs(planner):
     box = Box('a', (195.0, 96.0, 47.0), 2.0)
-    decision = planner.decide(situation([box])).decision
+    decision = planner.decide(state([box])).decision
     assert (decision.bin_id, decision.bin_serial, decision.bin_revision) == ('bin-1', 1, 4)
     assert (decision.corner_mm, decision.size_mm) == ((0, 0, 0), (200, 100, 50))
     assert decision.target.position == pytest.approx((0.1, 0.05, 0.0235))
@@ -68,22 +68,24 @@ def test_a_decision_says_all_that_the_executor_needs(planner):
 
 
 def test_an_empty_belt_or_no_bin_is_waited_for(planner):
-    assert isinstance(planner.decide(Situation((), (EMPTY,), Forbidden())), Wait)
-    assert isinstance(planner.decide(Situation((Box('a', (1, 1, 1)),), (), Forbidden())), Wait)
+    assert isinstance(planner.decide(DecisionState((), (EMPTY,), Forbidden())), WaitStep)
+    assert isinstance(
+        planner.decide(DecisionState((Box('a', (1, 1, 1)),), (), Forbidden())), WaitStep
+    )
 
 
 def test_nothing_fits_closes_the_bin_with_the_highest_fill_rate(planner):
     low, high = Bin('low', 1, SMALL, (block(350),)), Bin('high', 2, SMALL, (block(380),))
-    outcome = planner.decide(situation([Box('a', (100.0, 100.0, 100.0))], low, high))
-    assert outcome == Close(high)
+    outcome = planner.decide(state([Box('a', (100.0, 100.0, 100.0))], low, high))
+    assert outcome == CloseStep(high)
 
 
 def test_equally_full_bins_are_closed_oldest_first(planner):
     one = Bin('one', 1, SMALL, (block(380),))
     outcome = planner.decide(
-        situation([Box('a', (100.0, 100.0, 100.0))], one, replace(one, id='two', serial=2))
+        state([Box('a', (100.0, 100.0, 100.0))], one, replace(one, id='two', serial=2))
     )
-    assert outcome == Close(one)
+    assert outcome == CloseStep(one)
 
 
 @pytest.mark.parametrize(
@@ -94,9 +96,9 @@ def test_equally_full_bins_are_closed_oldest_first(planner):
     ],
 )
 def test_a_box_that_fits_no_empty_bin_is_rejected_first(box, reason, said):
-    planner = Planner(Settings('mpack_lite', PROFILES['cell']), Clock())
-    outcome = planner.decide(situation([Box('good', (100.0, 100.0, 100.0)), box]))
-    assert isinstance(outcome, Reject)
+    planner = Planner(PolicySettings('mpack_lite', PROFILES['cell']), Clock())
+    outcome = planner.decide(state([Box('good', (100.0, 100.0, 100.0)), box]))
+    assert isinstance(outcome, RejectStep)
     assert outcome.decision.box.id == 'a'
     assert outcome.decision.status is PlacementStatus.REJECT
     assert outcome.decision.reject_reason is reason
@@ -107,10 +109,11 @@ def test_a_box_that_only_the_orientation_rule_keeps_out_is_oversize():
     tall = Box('tall', (100.0, 100.0, 500.0))
     upright = replace(PROFILES['paper'], orientations='upright')
     assert isinstance(
-        Planner(Settings('mpack_lite', upright), Clock()).decide(situation([tall])), Reject
+        Planner(PolicySettings('mpack_lite', upright), Clock()).decide(state([tall])), RejectStep
     )
     assert isinstance(
-        Planner(Settings('mpack_lite', PROFILES['paper']), Clock()).decide(situation([tall])), Place
+        Planner(PolicySettings('mpack_lite', PROFILES['paper']), Clock()).decide(state([tall])),
+        PlaceStep,
     )
 
 
@@ -135,7 +138,7 @@ def test_a_neighbour_that_shifted_under_the_footprint_is_not_stood_on():
 
 
 def test_the_expected_bins_hold_the_box_where_it_will_come_to_rest(planner):
-    decision = planner.decide(situation([Box('a', (195.0, 96.0, 47.0))])).decision
+    decision = planner.decide(state([Box('a', (195.0, 96.0, 47.0))])).decision
     (expected,) = expected_bins((EMPTY,), decision)
     assert expected.revision == 5
     assert expected.boxes[0].measured_mm == pytest.approx((100.0, 50.0, 23.5))
@@ -145,7 +148,7 @@ def test_the_expected_bins_hold_the_box_where_it_will_come_to_rest(planner):
 def test_the_pose_of_a_plan_follows_the_box_below_as_measured(planner):
     full_plate = replace(block(100), measured_mm=(300.0, 200.0, 50.0))
     target = Bin('b', 1, SMALL, (full_plate,))
-    decision = planner.decide(situation([Box('a', (200.0, 100.0, 50.0))], target)).decision
+    decision = planner.decide(state([Box('a', (200.0, 100.0, 50.0))], target)).decision
     lower = replace(target, boxes=(replace(full_plate, measured_mm=(300.0, 200.0, 48.5)),))
     moved = refreshed_target(decision, lower)
     assert decision.target.position[2] - moved.target.position[2] == pytest.approx(0.0015)
@@ -154,12 +157,12 @@ def test_the_pose_of_a_plan_follows_the_box_below_as_measured(planner):
 
 def test_settings_change_between_two_decisions(planner):
     box = Box('a', (150.0, 150.0, 150.0))
-    planner.use(Settings('mpack_lite', PROFILES['cell'], WeightTable(Weights(1, 1, 1))))
-    decision = planner.decide(situation([box])).decision
+    planner.use(PolicySettings('mpack_lite', PROFILES['cell'], WeightTable(Weights(1, 1, 1))))
+    decision = planner.decide(state([box])).decision
     assert (decision.profile, decision.size_mm) == ('cell', (160, 160, 150))
     with pytest.raises(ValueError, match='guess'):
-        planner.use(Settings('guess', PROFILES['cell']))
-    assert planner.decide(situation([box])).decision == replace(decision)
+        planner.use(PolicySettings('guess', PROFILES['cell']))
+    assert planner.decide(state([box])).decision == replace(decision)
 
 
 def test_a_placement_that_breaks_a_rule_never_leaves_the_planner(planner, monkeypatch):
@@ -172,4 +175,4 @@ def test_a_placement_that_breaks_a_rule_never_leaves_the_planner(planner, monkey
         ALGORITHMS, 'mpack_lite', lambda problem: Choice(Candidate(floating, 0, 1.0))
     )
     with pytest.raises(EngineMismatch, match='support'):
-        planner.decide(situation([box]))
+        planner.decide(state([box]))

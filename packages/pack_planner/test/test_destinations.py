@@ -12,9 +12,9 @@ from pack_msgs_py.validator import with_box
 from pack_msgs_py.values import Bin, Box
 from pack_planner.algorithms import ALGORITHMS, Choice, Problem, find_algorithm
 from pack_planner.decision.bin_closing import bin_to_close, next_destination
-from pack_planner.decision.options import Options
-from pack_planner.decision.planner import Place, Planner, Reject
-from pack_planner.decision.policy import Settings, Situation, by_wait, next_step
+from pack_planner.decision.options import DecisionOptions
+from pack_planner.decision.planner import PlaceStep, Planner, RejectStep
+from pack_planner.decision.policy import DecisionState, PolicySettings, by_wait, next_step
 from pack_planner.engine import Engine
 
 PAPER = PROFILES['paper']
@@ -40,8 +40,8 @@ def filled(target, *boxes):
 
 
 def step(algorithm, boxes, open_bins, **changes):
-    settings = Settings(algorithm, PAPER, **changes)
-    return next_step(settings, ENGINE, Situation(tuple(boxes), open_bins))
+    settings = PolicySettings(algorithm, PAPER, **changes)
+    return next_step(settings, ENGINE, DecisionState(tuple(boxes), open_bins))
 
 
 @pytest.mark.parametrize('algorithm', ALGORITHMS)
@@ -114,11 +114,11 @@ def test_a_box_that_no_bin_serves_is_passed_over_only_so_often():
     north, south = bins('north', 'south')
     open_bins = (filled(north, parcel('n', 'north')), filled(south, parcel('s', 'south', 200.0)))
     boxes = (parcel('a', 'north'), parcel('b', 'east'), parcel('c', 'west'))
-    settings = Settings('mpack_lite', PAPER, options=Options(max_passed_over=10))
+    settings = PolicySettings('mpack_lite', PAPER, options=DecisionOptions(max_passed_over=10))
 
     def at(*counts):
-        situation = Situation(boxes, open_bins, passed_over=counts)
-        return next_step(settings, ENGINE, situation), by_wait(situation)
+        state = DecisionState(boxes, open_bins, passed_over=counts)
+        return next_step(settings, ENGINE, state), by_wait(state)
 
     assert isinstance(at(3, 9, 9)[0], Choice)
     closed, order = at(3, 9, 10)
@@ -127,10 +127,10 @@ def test_a_box_that_no_bin_serves_is_passed_over_only_so_often():
 
 
 def test_a_box_for_nowhere_is_rejected_where_every_bin_is_for_somewhere():
-    planner = Planner(Settings('first_fit', PAPER), clock=time.monotonic)
-    rejected = planner.decide(Situation((parcel('a'),), bins('north', 'south')))
-    assert isinstance(rejected, Reject) and 'no destination' in rejected.decision.reason
-    assert isinstance(planner.decide(Situation((parcel('a'),), bins('north', ''))), Place)
+    planner = Planner(PolicySettings('first_fit', PAPER), clock=time.monotonic)
+    rejected = planner.decide(DecisionState((parcel('a'),), bins('north', 'south')))
+    assert isinstance(rejected, RejectStep) and 'no destination' in rejected.decision.reason
+    assert isinstance(planner.decide(DecisionState((parcel('a'),), bins('north', ''))), PlaceStep)
 
 
 def test_nothing_on_the_belt_closes_nothing():

@@ -9,7 +9,7 @@ from coordinator_rig import EMPTY, Cell, box
 
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode
 from pack_planner.coordination.negotiation import HIDDEN_TIMEOUT_S, MARGIN_S
-from pack_planner.decision.planner import Close
+from pack_planner.decision.planner import CloseStep
 
 NO_PATH, NO_REACH = ErrorCode.PATH_IN_COLLISION, ErrorCode.NO_IK_SOLUTION
 LEFT, RIGHT, BACK = (0, 0, 0), (200, 0, 0), (0, 200, 0)
@@ -64,7 +64,7 @@ def test_candidates_that_are_refused_are_never_asked_about_again(rig):
 def test_a_bin_is_closed_when_every_candidate_was_refused(rig):
     rig.planned('a')
     rig.answer(NO_PATH)
-    rig.outcome(Close(EMPTY))
+    rig.outcome(CloseStep(EMPTY))
     assert rig.take()[-1] == ('swap', 'bin-1')
 
 

@@ -12,9 +12,9 @@ from pack_msgs_py.values import Bin, BinSpec, Box, PlacedBox, parse_bin
 from pack_planner.algorithms import Problem, find_algorithm
 from pack_planner.algorithms.opack import sorted_boxes
 from pack_planner.decision.bin_closing import bin_to_close
-from pack_planner.decision.options import Options
-from pack_planner.decision.planner import Close, Place, Planner, Reject
-from pack_planner.decision.policy import Settings, Situation, next_step
+from pack_planner.decision.options import DecisionOptions
+from pack_planner.decision.planner import CloseStep, PlaceStep, Planner, RejectStep
+from pack_planner.decision.policy import DecisionState, PolicySettings, next_step
 from pack_planner.decision.weights import parse_weights
 from pack_planner.engine import Engine, Weights, Zone
 from pack_planner.engine.contact import touches
@@ -150,9 +150,12 @@ def test_closing_rules(paper, rule):
     bins = (*CLOSE_ME.values(), Bin('empty', 4, SMALL))
     assert bin_to_close(rule, paper, [LARGE], bins) == CLOSE_ME[rule]
     planner = Planner(
-        Settings('mpack_lite', PROFILES['paper'], options=Options(closing=rule)), float
+        PolicySettings('mpack_lite', PROFILES['paper'], options=DecisionOptions(closing=rule)),
+        float,
     )
-    assert planner.decide(Situation((LARGE,), tuple(CLOSE_ME.values()))) == Close(CLOSE_ME[rule])
+    assert planner.decide(DecisionState((LARGE,), tuple(CLOSE_ME.values()))) == CloseStep(
+        CLOSE_ME[rule]
+    )
 
 
 @pytest.mark.parametrize('rule', CLOSE_ME)
@@ -189,9 +192,11 @@ def test_the_weights_of_the_bins_kind_decide():
     box = Box('new', (100.0, 100.0, 100.0))
     corners = {}
     for text in ('1,1,100', 'LDC:1,0,100', 'RC:1,0,100'):
-        planner = Planner(Settings('mpack_lite', PROFILES['paper'], parse_weights(text)), float)
-        outcome = planner.decide(Situation((box,), (target,)))
-        assert isinstance(outcome, Place)
+        planner = Planner(
+            PolicySettings('mpack_lite', PROFILES['paper'], parse_weights(text)), float
+        )
+        outcome = planner.decide(DecisionState((box,), (target,)))
+        assert isinstance(outcome, PlaceStep)
         corners[text] = outcome.decision.corner_mm
     assert corners['1,1,100'] == corners['RC:1,0,100'] != corners['LDC:1,0,100'] == (0, 0, 250)
 
@@ -203,7 +208,7 @@ def test_the_weights_of_the_bins_kind_decide():
 def test_options_that_make_no_sense_are_refused_with_the_reason(bad):
     ((name, value),) = bad.items()
     with pytest.raises(ValueError, match=name) as error:
-        Options(**bad)
+        DecisionOptions(**bad)
     assert str(value) in str(error.value)
 
 
@@ -212,19 +217,20 @@ def test_without_contact_anywhere_a_box_is_placed_all_the_same():
     empty, box = Bin('b', 1, BinSpec('45x45x40', (450, 450, 400))), Box('new', (150.0,) * 3)
     corners = [(x, y, 0) for x in (0, 300) for y in (0, 300)]
     zones = tuple(Zone(turn, corner) for corner in corners for turn in ORIENTATIONS)
-    settings = Settings('mpack_lite', PROFILES['paper'], options=Options(cep=True))
-    situation = Situation((box,), (empty,), lambda _box, _bin: zones)
-    step = next_step(settings, Engine(PROFILES['paper']), situation)
+    settings = PolicySettings('mpack_lite', PROFILES['paper'], options=DecisionOptions(cep=True))
+    state = DecisionState((box,), (empty,), lambda _box, _bin: zones)
+    step = next_step(settings, Engine(PROFILES['paper']), state)
     corner = step.candidate.placed.corner_mm
     assert not all(touches(step.candidate.placed, (), empty.spec.size_mm, 10)), corner
 
 
 @pytest.mark.parametrize(
-    ('payload', 'outcome'), [(0.0, Place), (32.0, Place), (12.0, Place), (9.5, Reject)]
+    ('payload', 'outcome'),
+    [(0.0, PlaceStep), (32.0, PlaceStep), (12.0, PlaceStep), (9.5, RejectStep)],
 )
 def test_box_heavier_than_this_robot_lifts_is_rejected_at_once(payload, outcome):
     box = Box('heavy', (300.0, 200.0, 200.0), 12.0)
     planner = Planner(settings(PlannerParameters(max_payload_kg=payload)), float)
-    found = planner.decide(Situation((box,), (Bin('b', 1, parse_bin('EQ')),)))
+    found = planner.decide(DecisionState((box,), (Bin('b', 1, parse_bin('EQ')),)))
     assert isinstance(found, outcome)
-    assert outcome is Place or found.decision.reject_reason is Reason.OVERWEIGHT
+    assert outcome is PlaceStep or found.decision.reject_reason is Reason.OVERWEIGHT

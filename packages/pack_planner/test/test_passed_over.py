@@ -12,8 +12,8 @@ from planner_cases import random_box
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Bin, BinSpec, Box
 from pack_planner.algorithms import ALGORITHMS, Choice
-from pack_planner.decision.options import Options
-from pack_planner.decision.policy import PassedOver, Settings, Situation, due, next_step
+from pack_planner.decision.options import DecisionOptions
+from pack_planner.decision.policy import DecisionState, PassedOver, PolicySettings, due, next_step
 from pack_planner.engine import Engine
 
 SPEC = BinSpec('40x30x30', (400, 300, 300))
@@ -27,9 +27,9 @@ def boxes(count):
 
 def longest_wait(stream, limit, look_ahead, algorithm='mpack_lite', open_bins=1, **options):
     """Pack a stream; the most decisions in which one box on offer was passed over."""
-    choose = Settings(
+    choose = PolicySettings(
         algorithm, PROFILES['paper'], node_limit=200,
-        options=Options(max_passed_over=limit, **options),
+        options=DecisionOptions(max_passed_over=limit, **options),
     )  # fmt: skip
     waiting, counter, waits = list(stream), PassedOver(), {}
     bins = [Bin(f'bin-{i}', i, SPEC) for i in range(1, open_bins + 1)]
@@ -39,7 +39,7 @@ def longest_wait(stream, limit, look_ahead, algorithm='mpack_lite', open_bins=1,
         waits.update({box.id: count for box, count in zip(
             offered, counter.of(offered), strict=True)})  # fmt: skip
         step = next_step(
-            choose, ENGINE, Situation(offered, tuple(bins), passed_over=counter.of(offered))
+            choose, ENGINE, DecisionState(offered, tuple(bins), passed_over=counter.of(offered))
         )
         assert step is not None
         if isinstance(step, Choice):
@@ -89,24 +89,28 @@ def test_the_limit_holds_on_any_stream(seed, look_ahead, limit, selection, open_
 
 @pytest.mark.parametrize('algorithm', ALGORITHMS)
 def test_a_box_that_is_due_is_next_for_every_algorithm(algorithm):
-    choose = Settings(algorithm, PROFILES['paper'], options=Options(max_passed_over=5))
+    choose = PolicySettings(
+        algorithm, PROFILES['paper'], options=DecisionOptions(max_passed_over=5)
+    )
     offered = (Box('a', SMALL_BOX), Box('due', LARGE_BOX), Box('b', SMALL_BOX))
     step = next_step(
-        choose, ENGINE, Situation(offered, (Bin('b', 1, SPEC),), passed_over=(1, 5, 0))
+        choose, ENGINE, DecisionState(offered, (Bin('b', 1, SPEC),), passed_over=(1, 5, 0))
     )
     assert step.candidate.placed.box.id == 'due'
 
 
 def test_a_bin_is_closed_for_a_box_that_is_due_though_others_would_fit():
     large, half = Box('due', LARGE_BOX), Bin('b', 1, SPEC)
-    choose = Settings('mpack_lite', PROFILES['paper'], options=Options(max_passed_over=5))
-    first = next_step(choose, ENGINE, Situation((Box('first', LARGE_BOX),), (half,)))
+    choose = PolicySettings(
+        'mpack_lite', PROFILES['paper'], options=DecisionOptions(max_passed_over=5)
+    )
+    first = next_step(choose, ENGINE, DecisionState((Box('first', LARGE_BOX),), (half,)))
     half = Bin('b', 1, SPEC, (first.candidate.placed,), revision=1)
     offered = (Box('a', SMALL_BOX), large)
     assert isinstance(
-        next_step(choose, ENGINE, Situation(offered, (half,), passed_over=(0, 4))), Choice
+        next_step(choose, ENGINE, DecisionState(offered, (half,), passed_over=(0, 4))), Choice
     )
-    assert next_step(choose, ENGINE, Situation(offered, (half,), passed_over=(0, 5))) == half
+    assert next_step(choose, ENGINE, DecisionState(offered, (half,), passed_over=(0, 5))) == half
 
 
 def test_boxes_that_are_due_together_are_seen_to_in_time():

@@ -7,20 +7,20 @@ from dataclasses import replace
 
 import pytest
 from planner_cases import SMALL
-from test_decide import EMPTY, block, situation
+from test_decide import EMPTY, block, state
 
 from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.codes import ErrorCode, Reason
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Bin, Box
 from pack_planner.coordination.alternatives import planned, quick
-from pack_planner.decision.planner import Close, Place, Planner, Reject, Settings
+from pack_planner.decision.planner import CloseStep, PlaceStep, Planner, PolicySettings, RejectStep
 from pack_planner.decision.refusals import TRIES_IN_EMPTY_BIN, TRIES_PER_CONTENT, Refusals
 
 
 @pytest.fixture
 def planner():
-    return Planner(Settings('mpack_lite', PROFILES['paper']), lambda: 0.0)
+    return Planner(PolicySettings('mpack_lite', PROFILES['paper']), lambda: 0.0)
 
 
 def refused(target, box_id, *corners, code=ErrorCode.RULE_VIOLATION, size=(100.0, 100.0, 100.0)):
@@ -35,7 +35,7 @@ def refused(target, box_id, *corners, code=ErrorCode.RULE_VIOLATION, size=(100.0
 def test_a_refused_box_goes_at_least_ten_centimetres_away(planner):
     box = Box('a', (100.0, 100.0, 100.0))
     memory = refused(EMPTY, 'a', (0, 0, 0))
-    decision = planner.decide(situation([box], forbidden=memory.snapshot())).decision
+    decision = planner.decide(state([box], forbidden=memory.snapshot())).decision
     assert decision.corner_mm == (100, 0, 0)
 
 
@@ -50,8 +50,8 @@ MANY = [*FLOOR, *((x + 50, y, 0) for x, y, _ in FLOOR[:6])]
 def test_a_box_is_offered_far_from_six_refused_places_of_an_empty_bin(planner):
     box = Box('a', (100.0, 100.0, 100.0))
     memory = refused(EMPTY, 'a', *SIX, code=ErrorCode.DEADLINE_UNREACHABLE)
-    outcome = planner.decide(situation([box], forbidden=memory.snapshot()))
-    assert isinstance(outcome, Place)
+    outcome = planner.decide(state([box], forbidden=memory.snapshot()))
+    assert isinstance(outcome, PlaceStep)
     assert outcome.decision.corner_mm not in SIX
 
 
@@ -59,12 +59,12 @@ def test_a_box_refused_thirty_times_in_an_empty_bin_is_unreachable(planner):
     assert len(MANY) == TRIES_IN_EMPTY_BIN
     box = Box('a', (20.0, 20.0, 20.0))
     memory = refused(EMPTY, 'a', *MANY, size=box.size_mm)
-    outcome = planner.decide(situation([box], forbidden=memory.snapshot()))
-    assert isinstance(outcome, Reject)
+    outcome = planner.decide(state([box], forbidden=memory.snapshot()))
+    assert isinstance(outcome, RejectStep)
     assert outcome.decision.reject_reason is Reason.UNREACHABLE
     other = Bin('bin-2', 2, SMALL)
-    outcome = planner.decide(situation([box], EMPTY, other, forbidden=memory.snapshot()))
-    assert isinstance(outcome, Place) and outcome.decision.bin_id == 'bin-2'
+    outcome = planner.decide(state([box], EMPTY, other, forbidden=memory.snapshot()))
+    assert isinstance(outcome, PlaceStep) and outcome.decision.bin_id == 'bin-2'
 
 
 STATION_C = replace(EMPTY, id='far', serial=9, station='C')
@@ -75,11 +75,11 @@ def test_a_box_out_of_reach_at_one_station_waits_for_an_empty_bin_at_another(pla
     box = Box('a', (100.0, 100.0, 100.0))
     known = refused(STATION_C, 'a', *MANY, code=ErrorCode.DEADLINE_UNREACHABLE).snapshot()
     # At A there is no room left; an empty bin there may be within reach.
-    assert planner.decide(situation([box], LEFT, STATION_C, forbidden=known)) == Close(LEFT)
+    assert planner.decide(state([box], LEFT, STATION_C, forbidden=known)) == CloseStep(LEFT)
     # Another box that fits goes first.
     other = Box('b', (100.0, 100.0, 100.0))
-    outcome = planner.decide(situation([box, other], LEFT, STATION_C, forbidden=known))
-    assert isinstance(outcome, Place) and outcome.decision.box.id == 'b'
+    outcome = planner.decide(state([box, other], LEFT, STATION_C, forbidden=known))
+    assert isinstance(outcome, PlaceStep) and outcome.decision.box.id == 'b'
 
 
 def test_a_box_out_of_reach_at_every_station_or_too_heavy_for_the_arm_is_rejected(planner):
@@ -89,17 +89,17 @@ def test_a_box_out_of_reach_at_every_station_or_too_heavy_for_the_arm_is_rejecte
     for corner in MANY:
         decision = Decision(box, empty.id, corner_mm=corner)
         memory.learn(empty, decision, ErrorCode.NO_IK_SOLUTION)
-    outcome = planner.decide(situation([box], empty, STATION_C, forbidden=memory.snapshot()))
-    assert isinstance(outcome, Reject)
+    outcome = planner.decide(state([box], empty, STATION_C, forbidden=memory.snapshot()))
+    assert isinstance(outcome, RejectStep)
     heavy = refused(STATION_C, 'a', *SIX, code=ErrorCode.LIMITS_EXCEEDED).snapshot()
-    assert isinstance(planner.decide(situation([box], LEFT, STATION_C, forbidden=heavy)), Reject)
+    assert isinstance(planner.decide(state([box], LEFT, STATION_C, forbidden=heavy)), RejectStep)
 
 
 def test_when_everything_is_refused_the_fullest_bin_is_closed(planner):
     target = Bin('b', 1, SMALL, (block(100),), revision=2)
     memory = refused(target, 'a', *((x, y, 100) for x, y, _ in SIX))
     box = Box('a', (100.0, 100.0, 100.0))
-    assert planner.decide(situation([box], target, forbidden=memory.snapshot())) == Close(target)
+    assert planner.decide(state([box], target, forbidden=memory.snapshot())) == CloseStep(target)
 
 
 def test_a_refusal_also_holds_in_the_bin_as_virtual_packing_goes_on():
@@ -182,7 +182,7 @@ def test_refusals_for_what_did_not_come_about_are_forgotten():
 
 def test_alternatives_keep_away_from_each_other_and_come_best_first(planner):
     box = Box('a', (100.0, 100.0, 100.0))
-    found = planned(planner.decide, planner.decide, situation([box]), 4)
+    found = planned(planner.decide, planner.decide, state([box]), 4)
     corners = [one.corner_mm for one in found.candidates()]
     objectives = [one.objective for one in found.candidates()]
     assert len(corners) == 4 and objectives == sorted(objectives)
@@ -192,6 +192,6 @@ def test_alternatives_keep_away_from_each_other_and_come_best_first(planner):
 
 
 def test_alternatives_of_mpack_come_from_mpack_lite():
-    settings = Settings('mpack', PROFILES['cell'], backend='milp')
+    settings = PolicySettings('mpack', PROFILES['cell'], backend='milp')
     assert (quick(settings).algorithm, quick(settings).backend) == ('mpack_lite', 'search')
     assert quick(replace(settings, algorithm='dbl')).algorithm == 'dbl'

@@ -15,7 +15,7 @@ from pack_msgs_py.values import parse_bin
 
 if TYPE_CHECKING:
     from pack_cell.bench.values import Case, Settings, Source
-    from pack_planner.decision.options import Options
+    from pack_planner.decision.options import DecisionOptions
 
 MAX_LOOK_AHEAD = 6
 DEFAULT_BUDGET_S = 5.0
@@ -52,10 +52,10 @@ def _budget(arguments: argparse.Namespace) -> float:
     return DEFAULT_BUDGET_S if arguments.budget_nodes is None else MAX_BUDGET_S
 
 
-def _options(arguments: argparse.Namespace) -> Options:
-    from pack_planner.decision.options import Options
+def _options(arguments: argparse.Namespace) -> DecisionOptions:
+    from pack_planner.decision.options import DecisionOptions
 
-    return Options(
+    return DecisionOptions(
         sort=arguments.sort,
         selection=arguments.selection,
         large_until=arguments.large_until,

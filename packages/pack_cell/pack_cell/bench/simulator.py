@@ -26,8 +26,7 @@ from pack_planner.algorithms import Choice
 from pack_planner.algorithms.base import Memory
 from pack_planner.algorithms.warm_up import warm_up
 from pack_planner.decision.bin_closing import next_destination
-from pack_planner.decision.policy import PassedOver, Situation, next_step
-from pack_planner.decision.policy import Settings as PolicySettings
+from pack_planner.decision.policy import DecisionState, PassedOver, PolicySettings, next_step
 from pack_planner.engine import Engine, Weights
 
 #: Boxes on a circular belt of 9 m (Ojha et al., section II), one every 45 cm.
@@ -95,8 +94,8 @@ class _Run:
             return False
         started = self._clock()
         boxes = self._on_offer()
-        situation = Situation(boxes, tuple(self._open), passed_over=self._passed_over.of(boxes))
-        step = next_step(self._policy, self.engine, situation, self._memory)
+        state = DecisionState(boxes, tuple(self._open), passed_over=self._passed_over.of(boxes))
+        step = next_step(self._policy, self.engine, state, self._memory)
         seconds = self._clock() - started
         if isinstance(step, Choice):
             self._place(step, seconds)

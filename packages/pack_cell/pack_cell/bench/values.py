@@ -7,7 +7,7 @@ from typing import Any
 
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.values import BinSpec, Box
-from pack_planner.decision.options import Options
+from pack_planner.decision.options import DecisionOptions
 from pack_planner.decision.weights import WeightTable
 
 #: Records and plan lines are JSON objects.
@@ -62,7 +62,7 @@ class Settings:
     ----------
     profile : the packing rules.
     weights : of eq. (1), for each kind of bin.
-    options : see :class:`pack_planner.decision.options.Options`.
+    options : see :class:`pack_planner.decision.options.DecisionOptions`.
     open_bins : bins that stand open at a time.
     destinations : each box has one of so many, each bin takes boxes of one; 0 for one pool.
     boxes_per_bin : into how many boxes a SYN bin is cut.
@@ -74,7 +74,7 @@ class Settings:
 
     profile: Profile
     weights: WeightTable = field(default_factory=WeightTable)
-    options: Options = field(default_factory=Options)
+    options: DecisionOptions = field(default_factory=DecisionOptions)
     open_bins: int = 3
     destinations: int = 0
     boxes_per_bin: int = 23

@@ -42,7 +42,7 @@ class Problem:
     backend : who minimises eq. (1) for `mpack` and `mpack_lite`, one of :data:`BACKENDS`; the
         optimum is the same. `search` is ours and the only one that ``node_limit`` bounds; the
         others are OR-Tools' CP-SAT, and SCIP on the MILP of Ojha et al., section III-A.
-    cep, sort, selection, large_until : see :class:`pack_planner.decision.options.Options`.
+    cep, sort, selection, large_until : see :class:`pack_planner.decision.options.DecisionOptions`.
     """
 
     engine: Engine

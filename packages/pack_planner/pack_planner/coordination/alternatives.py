@@ -10,11 +10,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from pack_msgs_py.cell_values import Decision
-from pack_planner.decision.planner import Outcome, Place
-from pack_planner.decision.policy import Settings, Situation
+from pack_planner.decision.planner import PlaceStep, PlannerStep
+from pack_planner.decision.policy import DecisionState, PolicySettings
 
 
-def quick(settings: Settings) -> Settings:
+def quick(settings: PolicySettings) -> PolicySettings:
     """``settings`` for naming alternatives: those of MPack come from MPackLite, in milliseconds."""
     if settings.algorithm == 'mpack':
         settings = replace(settings, algorithm='mpack_lite')
@@ -25,31 +25,31 @@ def quick(settings: Settings) -> Settings:
 class Planned:
     """What to do, and for a placement what to do instead, best first, should the arm refuse it."""
 
-    outcome: Outcome
+    outcome: PlannerStep
     alternatives: tuple[Decision, ...] = ()
 
     def candidates(self) -> tuple[Decision, ...]:
         """The placements to ask the arm about, best first."""
-        if not isinstance(self.outcome, Place):
+        if not isinstance(self.outcome, PlaceStep):
             return ()
         return (self.outcome.decision, *self.alternatives)
 
 
 def planned(
-    first: Callable[[Situation], Outcome],
-    following: Callable[[Situation], Outcome],
-    situation: Situation,
+    first: Callable[[DecisionState], PlannerStep],
+    following: Callable[[DecisionState], PlannerStep],
+    state: DecisionState,
     count: int,
 ) -> Planned:
     """The outcome by ``first``, and up to ``count`` - 1 alternatives by ``following``."""
-    outcome = first(situation)
+    outcome = first(state)
     found: list[Decision] = []
     last = outcome
-    while isinstance(last, Place) and len(found) < count - 1:
+    while isinstance(last, PlaceStep) and len(found) < count - 1:
         decision = last.decision
-        target = next(one for one in situation.bins if one.id == decision.bin_id)
-        situation = replace(situation, forbidden=situation.forbidden.plus(target, decision))
-        last = following(situation)
-        if isinstance(last, Place):
+        target = next(one for one in state.bins if one.id == decision.bin_id)
+        state = replace(state, forbidden=state.forbidden.plus(target, decision))
+        last = following(state)
+        if isinstance(last, PlaceStep):
             found.append(last.decision)
     return Planned(outcome, tuple(found))

@@ -18,25 +18,25 @@ from pack_planner.coordination.inputs import Heartbeat, Inputs, same_content
 from pack_planner.coordination.negotiation import (
     HIDDEN_TIMEOUT_S,
     TRANSIENT,
-    Answer,
     Asking,
+    CheckAnswer,
     Talk,
     choose,
     learn,
 )
 from pack_planner.coordination.patience import Patience
-from pack_planner.coordination.requests import Ahead, Asked, Outputs, Plan
-from pack_planner.coordination.running_goal import Failures, Goal
+from pack_planner.coordination.requests import CheckRequest, Outputs, PlanRequest, ReadyDecision
+from pack_planner.coordination.running_goal import Failures, RunningGoal
 from pack_planner.decision.planner import (
-    Close,
-    Outcome,
-    Place,
-    Reject,
-    Wait,
+    CloseStep,
+    PlaceStep,
+    PlannerStep,
+    RejectStep,
+    WaitStep,
     expected_bins,
     refreshed_target,
 )
-from pack_planner.decision.policy import Situation
+from pack_planner.decision.policy import DecisionState
 from pack_planner.decision.refusals import Refusals
 
 BINS_TIMEOUT_S = 5.0
@@ -67,10 +67,10 @@ class Coordinator:
         self._alive = self._was_lost = False
         self._heard_s = -math.inf
         self._numbers = 0
-        self._plan: Plan | None = None
-        self._asked: Asked | None = None
-        self._ahead: Ahead | None = None
-        self._goal: Goal | None = None
+        self._plan: PlanRequest | None = None
+        self._asked: CheckRequest | None = None
+        self._ahead: ReadyDecision | None = None
+        self._goal: RunningGoal | None = None
         self._free_s = -math.inf
         self._last_box = ''
         self._stale_inputs = False
@@ -180,15 +180,15 @@ class Coordinator:
             self._settle(planned.outcome, plan)
         self.step()
 
-    def _ask(self, plan: Plan, planned: Planned) -> None:
+    def _ask(self, plan: PlanRequest, planned: Planned) -> None:
         """Ask the arm which of the candidates it can do."""
         hidden = plan.ahead and self._goal is not None
         limit_s = plan.talk.limit_s(self.asking.deadline_s, hidden=hidden)
         self._plan = plan
-        self._asked = Asked(plan, planned, limit_s, self._clock())
+        self._asked = CheckRequest(plan, planned, limit_s, self._clock())
         self._out.check(plan.number, planned.candidates(), limit_s)
 
-    def on_checked(self, number: int, answers: Sequence[Answer] | None) -> None:
+    def on_checked(self, number: int, answers: Sequence[CheckAnswer] | None) -> None:
         """What the arm says of each candidate; ``None`` when it cannot be asked."""
         asked = self._asked
         if asked is None or asked.plan.number != number:
@@ -203,20 +203,20 @@ class Coordinator:
             learn(self._refusals, plan.bins, candidates, answers, deadline_s)
             chosen = choose(candidates, answers, asked.limit_s, deadline_s)
         if chosen is not None:
-            self._settle(Place(plan.talk.written_into(chosen)), plan)
+            self._settle(PlaceStep(plan.talk.written_into(chosen)), plan)
         else:
             self._start_plan(plan.bins, ahead=plan.ahead, talk=plan.talk)
         self.step()
 
-    def _settle(self, outcome: Outcome, plan: Plan) -> None:
+    def _settle(self, outcome: PlannerStep, plan: PlanRequest) -> None:
         """The decision is made: carry it out, now or when the arm is free."""
         self._plan = None
-        if isinstance(outcome, Reject):
+        if isinstance(outcome, RejectStep):
             self._reject(outcome, plan)
         elif plan.ahead:
-            if isinstance(outcome, Place):
-                outcome = Place(self._announce(outcome.decision, plan))
-            self._ahead = Ahead(outcome, plan, self._clock())
+            if isinstance(outcome, PlaceStep):
+                outcome = PlaceStep(self._announce(outcome.decision, plan))
+            self._ahead = ReadyDecision(outcome, plan, self._clock())
         elif self._still_holds(outcome, plan.bins):
             self._carry_out(outcome, plan, announced=False)
 
@@ -276,13 +276,13 @@ class Coordinator:
         elif self._patience.over(self._in, self._clock()):
             self._start_plan(self._bins(), ahead=False)
 
-    def _plan_ahead(self, goal: Goal) -> None:
+    def _plan_ahead(self, goal: RunningGoal) -> None:
         if not goal.picked or goal.report is not None:
             return
         ahead = self._ahead
         if ahead is not None:
             ids = tuple(box.id for box in self._in.available())
-            if isinstance(ahead.outcome, Place):
+            if isinstance(ahead.outcome, PlaceStep):
                 if ahead.outcome.decision.box.id in ids:
                     return
             elif ids == ahead.plan.box_ids:
@@ -298,7 +298,7 @@ class Coordinator:
         self._reject_failed(bins)
         boxes = self._in.available()[: self.look_ahead]
         self._numbers += 1
-        self._plan = Plan(
+        self._plan = PlanRequest(
             self._numbers,
             bins,
             tuple(box.id for box in boxes),
@@ -309,28 +309,28 @@ class Coordinator:
         forbidden, laps = self._refusals.snapshot(bins), self._in.laps(boxes)
         # Mostly the arm can do the first choice; only then more are worth their computing.
         count = self.asking.candidates if talk is not None else 1
-        self._out.plan(self._numbers, Situation(boxes, bins, forbidden, laps), count)
+        self._out.plan(self._numbers, DecisionState(boxes, bins, forbidden, laps), count)
 
     def _reject_failed(self, bins: tuple[Bin, ...]) -> None:
         for box in self._in.available():
             decision = self._failures.reject(box)
             if decision is not None:
                 talk = Talk(self._in.newest_stamp_s())
-                plan = Plan(0, bins, (), self._scan().sequence, ahead=False, talk=talk)
-                self._reject(Reject(decision), plan)
+                plan = PlanRequest(0, bins, (), self._scan().sequence, ahead=False, talk=talk)
+                self._reject(RejectStep(decision), plan)
 
-    def _still_holds(self, outcome: Outcome, bins: tuple[Bin, ...]) -> bool:
+    def _still_holds(self, outcome: PlannerStep, bins: tuple[Bin, ...]) -> bool:
         """Whether ``outcome`` is still right for the bins and the belt as they are now."""
         if self._in.bins is None or not same_content(bins, self._bins()):
             return False
-        if isinstance(outcome, Place):
+        if isinstance(outcome, PlaceStep):
             return self._in.is_available(outcome.decision.box.id)
         return True
 
     def _carry_out(
-        self, outcome: Outcome, plan: Plan, *, announced: bool, ready_s: float = math.inf
+        self, outcome: PlannerStep, plan: PlanRequest, *, announced: bool, ready_s: float = math.inf
     ) -> None:
-        if isinstance(outcome, Place):
+        if isinstance(outcome, PlaceStep):
             decision = outcome.decision
             target = next(one for one in self._bins() if one.id == decision.bin_id)
             if announced:
@@ -339,27 +339,27 @@ class Coordinator:
                 decision = self._announce(decision, plan)
             late = max(0.0, ready_s - self._free_s) if announced else math.inf
             goal_id = self._out.send(decision, target, min(plan.talk.spent_s, late))
-            self._goal = Goal(decision, target, goal_id, self._clock())
-        elif isinstance(outcome, Close):
+            self._goal = RunningGoal(decision, target, goal_id, self._clock())
+        elif isinstance(outcome, CloseStep):
             target = next(one for one in self._bins() if one.id == outcome.target.id)
             self._out.info(f'closing bin {target.id!r} at {target.fill_rate:.1%}: nothing fits')
             self._swap = (target, self._clock())
             self._out.swap(target, outcome.destination)
-        elif isinstance(outcome, Wait):
+        elif isinstance(outcome, WaitStep):
             self._stale_inputs = True
 
-    def _announce(self, decision: Decision, plan: Plan) -> Decision:
+    def _announce(self, decision: Decision, plan: PlanRequest) -> Decision:
         stamped = replace(
             decision, scan_sequence=plan.scan_sequence, trigger_stamp_s=plan.talk.trigger_s
         )
         return self._out.announce(stamped, plan.bins)
 
-    def _reject(self, outcome: Reject, plan: Plan) -> None:
+    def _reject(self, outcome: RejectStep, plan: PlanRequest) -> None:
         decision = self._announce(outcome.decision, plan)
         self._in.rejected.add(decision.box.id)
         self._out.warn(f'rejected: {decision.reason}')
 
-    def _conclude(self, goal: Goal, code: ErrorCode, message: str) -> None:
+    def _conclude(self, goal: RunningGoal, code: ErrorCode, message: str) -> None:
         """The goal is over: what follows from how it ended."""
         self._goal = None
         self._free_s = self._clock()

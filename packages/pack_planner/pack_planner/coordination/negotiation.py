@@ -47,7 +47,7 @@ class Asking:
 
 
 @dataclass(frozen=True)
-class Answer:
+class CheckAnswer:
     """What the arm says of one candidate; ``motion_s`` is the time that it would take."""
 
     code: ErrorCode
@@ -93,7 +93,7 @@ class Talk:
         first = self.first or candidates[0]
         return replace(self, first=first, planning_s=self.planning_s + seconds)
 
-    def heard(self, answers: Sequence[Answer], seconds: float, limit_s: float) -> Talk:
+    def heard(self, answers: Sequence[CheckAnswer], seconds: float, limit_s: float) -> Talk:
         """After the arm has answered; what takes longer than ``limit_s`` counts as refused."""
         looked_at = [one for one in answers if one.code not in TRANSIENT]
         refusal = self.first_refusal
@@ -115,7 +115,7 @@ class Talk:
         )
 
 
-def refusal_of(answer: Answer, limit_s: float) -> ErrorCode:
+def refusal_of(answer: CheckAnswer, limit_s: float) -> ErrorCode:
     """Why a candidate cannot be done; ``NONE`` when it can, or when nobody knows."""
     if answer.code is ErrorCode.NONE and answer.motion_s > limit_s:
         return ErrorCode.DEADLINE_UNREACHABLE
@@ -123,7 +123,10 @@ def refusal_of(answer: Answer, limit_s: float) -> ErrorCode:
 
 
 def choose(
-    candidates: Sequence[Decision], answers: Sequence[Answer], limit_s: float, deadline_s: float
+    candidates: Sequence[Decision],
+    answers: Sequence[CheckAnswer],
+    limit_s: float,
+    deadline_s: float,
 ) -> Decision | None:
     """The first candidate that the arm can do in time; ``None`` when it refuses all of them.
 
@@ -145,7 +148,7 @@ def learn(
     refusals: Refusals,
     bins: Sequence[Bin],
     candidates: Sequence[Decision],
-    answers: Sequence[Answer],
+    answers: Sequence[CheckAnswer],
     deadline_s: float,
 ) -> None:
     """Remember which of ``candidates`` the arm cannot do in ``bins``, whoever asks when."""

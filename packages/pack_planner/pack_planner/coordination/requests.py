@@ -10,15 +10,15 @@ from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.values import Bin
 from pack_planner.coordination.alternatives import Planned
 from pack_planner.coordination.negotiation import Talk
-from pack_planner.decision.planner import Outcome
-from pack_planner.decision.policy import Situation
+from pack_planner.decision.planner import PlannerStep
+from pack_planner.decision.policy import DecisionState
 
 
 class Outputs(Protocol):
     """What the coordinator can have done."""
 
-    def plan(self, number: int, situation: Situation, candidates: int) -> None:
-        """Decide about ``situation``; answer with :meth:`Coordinator.on_planned`.
+    def plan(self, number: int, state: DecisionState, candidates: int) -> None:
+        """Decide about ``state``; answer with :meth:`Coordinator.on_planned`.
 
         Up to ``candidates`` placements, best first, are what is asked for.
         """
@@ -52,7 +52,7 @@ class Outputs(Protocol):
 
 
 @dataclass(frozen=True)
-class Plan:
+class PlanRequest:
     """A decision being computed."""
 
     number: int
@@ -64,19 +64,19 @@ class Plan:
 
 
 @dataclass(frozen=True)
-class Ahead:
+class ReadyDecision:
     """What is to be done once the running goal has ended as expected."""
 
-    outcome: Outcome
-    plan: Plan
+    outcome: PlannerStep
+    plan: PlanRequest
     ready_s: float
 
 
 @dataclass(frozen=True)
-class Asked:
+class CheckRequest:
     """Candidates that the arm has been asked about."""
 
-    plan: Plan
+    plan: PlanRequest
     planned: Planned
     limit_s: float
     asked_s: float

@@ -61,7 +61,7 @@ class Failures:
 
 
 @dataclass
-class Goal:
+class RunningGoal:
     """One goal from sending to its end; times are seconds of the steady clock."""
 
     decision: Decision

@@ -19,7 +19,7 @@ MOST_PASSED_OVER = 1_000_000
 
 
 @dataclass(frozen=True)
-class Options:
+class DecisionOptions:
     """How to decide, beyond algorithm, rules and weights; the defaults are the paper's.
 
     Attributes

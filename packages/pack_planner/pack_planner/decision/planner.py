@@ -13,24 +13,34 @@ from pack_msgs_py.values import Bin, Box, PlacedBox, Vec3
 from pack_planner.algorithms.base import Memory
 from pack_planner.algorithms.warm_up import warm_up
 from pack_planner.decision.bin_closing import next_destination
-from pack_planner.decision.policy import Settings, Situation, by_wait, next_step
+from pack_planner.decision.policy import DecisionState, PolicySettings, by_wait, next_step
 from pack_planner.engine import Engine, Weights
 
 __all__ = [
-    'Close', 'Outcome', 'Place', 'Planner', 'Reject', 'Settings', 'Situation', 'Wait',
-    'expected_bins', 'refreshed_target', 'rest_height_mm', 'target_pose',
+    'CloseStep',
+    'DecisionState',
+    'PlaceStep',
+    'Planner',
+    'PlannerStep',
+    'PolicySettings',
+    'RejectStep',
+    'WaitStep',
+    'expected_bins',
+    'refreshed_target',
+    'rest_height_mm',
+    'target_pose',
 ]  # fmt: skip
 
 
 @dataclass(frozen=True)
-class Place:
+class PlaceStep:
     """Put this box there; ``decision`` lacks only sequence numbers and stamps."""
 
     decision: Decision
 
 
 @dataclass(frozen=True)
-class Close:
+class CloseStep:
     """Nothing fits: close this bin; ``destination`` is whom the next one serves, empty for any."""
 
     target: Bin
@@ -38,33 +48,33 @@ class Close:
 
 
 @dataclass(frozen=True)
-class Reject:
+class RejectStep:
     """This box can go into no bin; ``decision`` says why."""
 
     decision: Decision
 
 
 @dataclass(frozen=True)
-class Wait:
+class WaitStep:
     """There is nothing to decide, and why."""
 
     reason: str
 
 
-Outcome = Place | Close | Reject | Wait
+PlannerStep = PlaceStep | CloseStep | RejectStep | WaitStep
 
 
 class Planner:
     """Decides under the settings of the moment; keeps what makes the next decision cheaper."""
 
-    def __init__(self, settings: Settings, clock: Callable[[], float]) -> None:
+    def __init__(self, settings: PolicySettings, clock: Callable[[], float]) -> None:
         """``clock`` returns seconds of a steady clock."""
         self._clock = clock
         self._memory = Memory()
         self._engines: dict[Weights, Engine] = {}
         self.use(settings)
 
-    def use(self, settings: Settings) -> None:
+    def use(self, settings: PolicySettings) -> None:
         """Decide under ``settings`` from now on."""
         warm_up(settings.algorithm, settings.profile, settings.backend)
         kept = {
@@ -78,7 +88,7 @@ class Planner:
         }
         self._settings = settings
 
-    def decide(self, situation: Situation) -> Outcome:
+    def decide(self, state: DecisionState) -> PlannerStep:
         """What to do next.
 
         Boxes that no empty bin takes come first, since they block a place on the belt. Then
@@ -86,27 +96,27 @@ class Planner:
         kinds count with the weights of the oldest.
         """
         started = self._clock()
-        if not situation.boxes:
-            return Wait('the belt is empty')
-        if not situation.bins:
-            return Wait('no bin is open')
-        engine = self._engines[self._settings.weights.of(situation.bins[0].spec)]
-        for box in situation.boxes:
-            rejected = self._why_reject(engine, box, situation)
+        if not state.boxes:
+            return WaitStep('the belt is empty')
+        if not state.bins:
+            return WaitStep('no bin is open')
+        engine = self._engines[self._settings.weights.of(state.bins[0].spec)]
+        for box in state.boxes:
+            rejected = self._why_reject(engine, box, state)
             if rejected is not None:
                 reason, text = rejected
-                return Reject(self._reject(box, reason, text, started))
-        choice = next_step(self._settings, engine, situation, self._memory)
+                return RejectStep(self._reject(box, reason, text, started))
+        choice = next_step(self._settings, engine, state, self._memory)
         if choice is None:
-            return Wait('no box fits and every bin is empty')
+            return WaitStep('no box fits and every bin is empty')
         if isinstance(choice, Bin):
-            left = [one for one in situation.bins if one.id != choice.id]
-            return Close(choice, next_destination(choice, by_wait(situation), left))
+            left = [one for one in state.bins if one.id != choice.id]
+            return CloseStep(choice, next_destination(choice, by_wait(state), left))
         candidate = choice.candidate
-        target = situation.bins[candidate.bin_index]
+        target = state.bins[candidate.bin_index]
         engine.check(candidate, target)
         placed = candidate.placed
-        return Place(
+        return PlaceStep(
             Decision(
                 box=placed.box,
                 bin_id=target.id,
@@ -137,9 +147,9 @@ class Planner:
         )
 
     def _why_reject(
-        self, engine: Engine, box: Box, situation: Situation
+        self, engine: Engine, box: Box, state: DecisionState
     ) -> tuple[Reason, str] | None:
-        bins = situation.bins
+        bins = state.bins
         too_heavy = engine.overweight(box)
         if too_heavy:
             return Reason.OVERWEIGHT, f'box {box.id!r} {too_heavy}'
@@ -155,11 +165,11 @@ class Planner:
             text = f'box {box.id!r} has no destination, and every open bin serves one'
             return Reason.INVALID_DATA, text
         for one in bins:
-            refused = situation.forbidden.refused(box, one)
-            if one.boxes or not refused or _may_go_elsewhere(box, one, situation):
+            refused = state.forbidden.refused(box, one)
+            if one.boxes or not refused or _may_go_elsewhere(box, one, state):
                 continue
             models = [engine.model(other) for other in bins]
-            if engine.best_placement(box, models, situation.forbidden) is None:
+            if engine.best_placement(box, models, state.forbidden) is None:
                 text = (
                     f'the arm refused box {box.id!r} {len(refused)} times in the empty bin '
                     f'{one.id!r} and no other placement is left'
@@ -168,18 +178,18 @@ class Planner:
         return None
 
 
-def _may_go_elsewhere(box: Box, refusing: Bin, situation: Situation) -> bool:
+def _may_go_elsewhere(box: Box, refusing: Bin, state: DecisionState) -> bool:
     """Whether the arm may reach a place for ``box`` at a station whose bin is not empty yet.
 
     What is too far or too slow at one station need not be so at another. Then the box waits, or a
     bin is closed there when nothing else fits.
     """
-    if situation.forbidden.too_much_for_the_arm(box, refusing):
+    if state.forbidden.too_much_for_the_arm(box, refusing):
         return False
-    stations = {one.station for one in situation.bins if not one.boxes}
+    stations = {one.station for one in state.bins if not one.boxes}
     return any(
         one.station not in stations and may_enter(box, one.destination)
-        for one in situation.bins
+        for one in state.bins
         if one.boxes
     )
 

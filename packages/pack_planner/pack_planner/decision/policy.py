@@ -11,15 +11,15 @@ from pack_msgs_py.values import Bin, Box
 from pack_planner.algorithms import Choice, Problem, find_algorithm
 from pack_planner.algorithms.base import Memory
 from pack_planner.decision.bin_closing import bin_to_close
-from pack_planner.decision.options import Options
+from pack_planner.decision.options import DecisionOptions
 from pack_planner.decision.refusals import Forbidden
 from pack_planner.decision.weights import WeightTable
 from pack_planner.engine import Engine
 
 
 @dataclass(frozen=True)
-class Settings:
-    """How to decide: algorithm, rules, weights, what it may cost, and :class:`Options`."""
+class PolicySettings:
+    """How to decide: algorithm, rules, weights, what it may cost, and :class:`DecisionOptions`."""
 
     algorithm: str
     profile: Profile
@@ -27,11 +27,11 @@ class Settings:
     budget_s: float = 5.0
     node_limit: int | None = None
     backend: str = 'search'
-    options: Options = field(default_factory=Options)
+    options: DecisionOptions = field(default_factory=DecisionOptions)
 
 
 @dataclass(frozen=True)
-class Situation:
+class DecisionState:
     """What a decision rests on.
 
     Attributes
@@ -50,7 +50,7 @@ class Situation:
 
 
 def next_step(
-    settings: Settings, engine: Engine, situation: Situation, memory: Memory | None = None
+    settings: PolicySettings, engine: Engine, state: DecisionState, memory: Memory | None = None
 ) -> Choice | Bin | None:
     """The placement to make, else the bin to close, else ``None``: every bin is empty.
 
@@ -61,17 +61,17 @@ def next_step(
     packing rather than not at all.
     """
     options = settings.options
-    served = _served(situation)
-    overdue = _overdue(situation, options.max_passed_over)
+    served = _served(state)
+    overdue = _overdue(state, options.max_passed_over)
     if overdue or not served.boxes:
-        return bin_to_close(options.closing, engine, overdue or situation.boxes, situation.bins)
+        return bin_to_close(options.closing, engine, overdue or state.boxes, state.bins)
     boxes = due(served.boxes, served.passed_over, options.max_passed_over)
-    models = tuple(engine.model(one) for one in situation.bins)
+    models = tuple(engine.model(one) for one in state.bins)
 
     def choose(*, cep: bool) -> Choice | None:
         return find_algorithm(settings.algorithm)(
             Problem(
-                engine, boxes, models, situation.forbidden, settings.budget_s, settings.node_limit,
+                engine, boxes, models, state.forbidden, settings.budget_s, settings.node_limit,
                 memory, settings.backend, cep, options.sort, options.selection,
                 options.large_until,
             )
@@ -80,7 +80,7 @@ def next_step(
     choice = choose(cep=options.cep)
     if choice is not None:
         return choice
-    closing = bin_to_close(options.closing, engine, boxes, situation.bins)
+    closing = bin_to_close(options.closing, engine, boxes, state.bins)
     if closing is None and options.cep:
         return choose(cep=False)
     return closing
@@ -90,34 +90,34 @@ def _is_served(box: Box, bins: Sequence[Bin]) -> bool:
     return any(may_enter(box, one.destination) for one in bins)
 
 
-def _overdue(situation: Situation, limit: int) -> tuple[Box, ...]:
+def _overdue(state: DecisionState, limit: int) -> tuple[Box, ...]:
     """Boxes that no open bin serves, passed over ``limit`` times or more; 0 for no limit."""
-    boxes, counts = situation.boxes, situation.passed_over
+    boxes, counts = state.boxes, state.passed_over
     if limit == 0 or len(counts) != len(boxes):
         return ()
     return tuple(
         box
         for box, count in zip(boxes, counts, strict=True)
-        if count >= limit and box.destination and not _is_served(box, situation.bins)
+        if count >= limit and box.destination and not _is_served(box, state.bins)
     )
 
 
-def by_wait(situation: Situation) -> tuple[Box, ...]:
+def by_wait(state: DecisionState) -> tuple[Box, ...]:
     """The boxes on offer, those first that were passed over most, then as on the belt."""
-    boxes, counts = situation.boxes, situation.passed_over
+    boxes, counts = state.boxes, state.passed_over
     if len(counts) != len(boxes):
         return boxes
     order = sorted(range(len(boxes)), key=lambda index: -counts[index])
     return tuple(boxes[index] for index in order)
 
 
-def _served(situation: Situation) -> Situation:
+def _served(state: DecisionState) -> DecisionState:
     """The same without the boxes that may enter none of the open bins."""
-    boxes, counts = situation.boxes, situation.passed_over
-    chosen = [i for i, box in enumerate(boxes) if _is_served(box, situation.bins)]
+    boxes, counts = state.boxes, state.passed_over
+    chosen = [i for i, box in enumerate(boxes) if _is_served(box, state.bins)]
     if len(counts) == len(boxes):
         counts = tuple(counts[i] for i in chosen)
-    return replace(situation, boxes=tuple(boxes[i] for i in chosen), passed_over=counts)
+    return replace(state, boxes=tuple(boxes[i] for i in chosen), passed_over=counts)
 
 
 def due(boxes: tuple[Box, ...], passed_over: Sequence[int], limit: int) -> tuple[Box, ...]:

@@ -12,10 +12,10 @@ from pack_msgs.srv import CheckPlacements
 from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.ros.conversions import decision_to_ros
-from pack_planner.coordination.negotiation import Answer
+from pack_planner.coordination.negotiation import CheckAnswer
 
 #: Takes the number of a request and the answers, ``None`` when the arm cannot be asked.
-Heard = Callable[[int, 'Sequence[Answer] | None'], None]
+Heard = Callable[[int, 'Sequence[CheckAnswer] | None'], None]
 
 
 class ArmAsker:
@@ -53,4 +53,6 @@ class ArmAsker:
         if future.cancelled() or future.result() is None:
             return
         checks = future.result().checks
-        self._heard(number, [Answer(ErrorCode(one.error_code), one.motion_time) for one in checks])
+        self._heard(
+            number, [CheckAnswer(ErrorCode(one.error_code), one.motion_time) for one in checks]
+        )

@@ -73,7 +73,7 @@ from pack_planner.coordination.patience import Patience
 from pack_planner.coordination.worker import Worker
 from pack_planner.decision.pick_point import pick_pose
 from pack_planner.decision.planner import Planner
-from pack_planner.decision.policy import Situation
+from pack_planner.decision.policy import DecisionState
 from pack_planner.parameters import PlannerParameters, settings
 from pack_planner.ros.asking import ArmAsker
 from pack_planner.ros.diagnostics import Diagnostics
@@ -247,15 +247,15 @@ class PlannerNode(Node):
             self._follower.use(wanted)
         return self._follower
 
-    def _answer(self, number: int, situation: Situation | None, count: int) -> Result:
-        """A job of the worker; without a situation it only warms up."""
+    def _answer(self, number: int, state: DecisionState | None, count: int) -> Result:
+        """A job of the worker; without a state it only warms up."""
         try:
             planner = follower = self._ready_planner()
             if quick(settings(self.parameters)) != settings(self.parameters):
                 follower = self._ready_follower()
-            if situation is None:
+            if state is None:
                 return (number, None, '')
-            return (number, planned(planner.decide, follower.decide, situation, count), '')
+            return (number, planned(planner.decide, follower.decide, state, count), '')
         except Exception as error:
             # whatever went wrong with one decision, the node must go on hearing the arm
             return (number, None, f'{type(error).__name__}: {error}')
@@ -264,9 +264,9 @@ class PlannerNode(Node):
         for number, found, error in self._worker.fetch():
             self.coordinator.on_planned(number, found, error)
 
-    def plan(self, number: int, situation: Situation, candidates: int) -> None:
+    def plan(self, number: int, state: DecisionState, candidates: int) -> None:
         """Compute a decision in the worker's thread."""
-        self._worker.submit(partial(self._answer, number, situation, candidates))
+        self._worker.submit(partial(self._answer, number, state, candidates))
 
     # --- outputs -----------------------------------------------------------------------------
 
