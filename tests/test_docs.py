@@ -59,9 +59,34 @@ def test_the_readme_lists_every_option_of_run() -> None:
                 assert option in text, option
 
 
-def test_links_between_the_pages_lead_somewhere() -> None:
-    pages = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *ROOT.glob('docs/*.md')]
-    for page in [*pages, *ROOT.glob('packages/*/README.md'), *ROOT.glob('docker/*.md')]:
-        text = re.sub(r'(?ms)^ *```.*?^ *```', '', page.read_text())
-        for target in re.findall(r'\]\(([^)#:]+)(?:#[^)]*)?\)', text):
-            assert (page.parent / target).exists(), f'{page.relative_to(ROOT)}: {target}'
+def pages() -> list[Path]:
+    """Every page that a reader may open."""
+    found = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', ROOT / 'CHANGELOG.md']
+    for pattern in ('docs/**/*.md', 'packages/*/README.md', 'docker/*.md', 'examples/*.md'):
+        found += sorted(ROOT.glob(pattern))
+    return found
+
+
+def without_code(text: str) -> str:
+    return re.sub(r'(?ms)^ *```.*?^ *```', '', text)
+
+
+def anchors(page: Path) -> set[str]:
+    """The names that a viewer such as GitHub gives to the headings of ``page``."""
+    headings = re.findall(r'(?m)^#+ (.*)$', without_code(page.read_text()))
+    return {
+        re.sub(r'[^\w\- ]', '', heading).strip().lower().replace(' ', '-') for heading in headings
+    }
+
+
+@pytest.mark.parametrize('page', pages(), ids=lambda page: str(page.relative_to(ROOT)))
+def test_the_links_of_a_page_lead_somewhere(page: Path) -> None:
+    for target, _, anchor in re.findall(
+        r'\]\(([^)#:]*)(#([^)]*))?\)', without_code(page.read_text())
+    ):
+        goal = page.parent / target if target else page
+        assert goal.exists(), target
+        if anchor and goal.is_dir():
+            goal = goal / 'README.md'
+        if anchor:
+            assert anchor in anchors(goal), f'{target}#{anchor}'
