@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import runpy
 from dataclasses import fields
 from pathlib import Path
 
@@ -11,7 +12,8 @@ import yaml
 
 from arm_executor.parameters import ExecutorParameters
 from conveyor_sim.parameters import ConveyorParameters
-from pack_cell.options import OneLineParser, add_run_options
+from pack_cell.options.parsers import OneLineParser
+from pack_cell.options.run_options import add_run_options
 from pack_msgs_py.parameter_fields import parameter_table
 from pack_msgs_py.ros.qos import TOPICS
 from pack_planner.parameters import PlannerParameters
@@ -49,10 +51,16 @@ def test_every_topic_is_in_the_readme_of_the_messages_and_of_a_node(topic: str) 
     assert any(f'`{topic}`' in readme(package) for package in NODES)
 
 
-def test_the_readme_lists_every_option_of_run() -> None:
+def test_the_tables_that_are_made_from_the_code_are_as_the_code_is() -> None:
+    pages = runpy.run_path(str(ROOT / 'tools' / 'write_tables'))['pages']()
+    for path, text in pages.items():
+        assert path.read_text() == text, 'due: ./cell python tools/write_tables'
+
+
+def test_the_page_of_the_options_lists_every_option_of_run() -> None:
     parser = OneLineParser(prog='cell run')
-    add_run_options(parser, ('mpack_lite',))
-    text = (ROOT / 'README.md').read_text() + readme('pack_cell')
+    add_run_options(parser)
+    text = (ROOT / 'docs' / 'options.md').read_text()
     for action in parser._actions:
         for option in action.option_strings:
             if option.startswith('--') and option != '--help':

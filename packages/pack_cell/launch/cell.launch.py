@@ -1,11 +1,11 @@
-"""Start the whole cell: ``ros2 launch pack_cell cell.launch.py bin_type:=EQ speed:=0.0``."""
+"""Start the whole cell: ``ros2 launch pack_cell cell.launch.py bin:=EQ speed:=0.0``."""
 
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-from pack_cell.launching import ARGUMENTS, launched_nodes
+from pack_cell.launching import FORMER_NAMES, launch_arguments, launched_nodes
 from pack_cell.running.node_commands import NODES
 
 
@@ -15,14 +15,17 @@ def nodes(context: LaunchContext) -> list[Node]:
     def given(name: str) -> str:
         return LaunchConfiguration(name).perform(context)
 
-    found = launched_nodes({name: given(name) for name in ARGUMENTS}, given('state_dir'))
+    texts = {argument.name: given(argument.name) for argument in launch_arguments()}
+    # Launch itself passes over arguments that nobody declared.
+    texts |= {name: given(name) for name in FORMER_NAMES if name in context.launch_configurations}
+    parameters = launched_nodes(texts, given('state_dir'))
     return [
         Node(
             package=package,
             executable=executable,
             namespace=given('namespace'),
             output='screen',
-            parameters=[found[name]],
+            parameters=[parameters[name]],
         )
         for name, (package, executable) in NODES.items()
     ]
@@ -38,8 +41,10 @@ def generate_launch_description() -> LaunchDescription:
             description='folder of the journals; empty: state is lost with the node',
         ),
         *(
-            DeclareLaunchArgument(name, default_value=default, description=text)
-            for name, (_, default, text) in ARGUMENTS.items()
+            DeclareLaunchArgument(
+                argument.name, default_value=argument.default, description=argument.description
+            )
+            for argument in launch_arguments()
         ),
     ]
     return LaunchDescription([*arguments, OpaqueFunction(function=nodes)])

@@ -7,16 +7,11 @@ import os
 import sys
 from collections.abc import Sequence
 
-from arm_executor.arms.registry import find_arm
-from arm_executor.model.layout import STATIONS
-from arm_executor.reach.layout_file import layout_for
-from conveyor_sim.belt.jams import find_jams
-from conveyor_sim.induct.arrivals import find_arrivals
-from conveyor_sim.scanning.faults import parse_faults
-from conveyor_sim.streams import load_boxes
 from pack_cell.bench.options import add_bench
 from pack_cell.layout.command import add_layout, run_layout
-from pack_cell.options import OneLineParser, RunOptions, add_run_options, run_options
+from pack_cell.options.parsers import OneLineParser
+from pack_cell.options.run_options import add_run_options, run_options
+from pack_cell.running.node_parameters import check_cell
 from pack_cell.running.run import EXIT_USAGE, run
 
 DEMO = ['--count', '40', '--bin', 'LDC', '--look-ahead', '5', '--algorithm', 'mpack_lite']
@@ -24,8 +19,6 @@ DEMO = ['--count', '40', '--bin', 'LDC', '--look-ahead', '5', '--algorithm', 'mp
 
 def build_parser() -> argparse.ArgumentParser:
     """The whole command line as a parser."""
-    from pack_planner.algorithms import ALGORITHMS
-
     parser = OneLineParser(prog='cell', description='The online bin-packing robot cell.')
     verbs = parser.add_subparsers(dest='verb', metavar='VERB', required=True)
     demo = verbs.add_parser(
@@ -45,7 +38,7 @@ def build_parser() -> argparse.ArgumentParser:
         'exactly one place and no rule broken, or stopped by Ctrl-C; 1: not so; 2: wrong option '
         'or file; 3: a node died; 4: the run stalled.',
     )
-    add_run_options(runner, tuple(ALGORITHMS))
+    add_run_options(runner)
     add_bench(verbs)
     add_layout(verbs)
     return parser
@@ -54,21 +47,6 @@ def build_parser() -> argparse.ArgumentParser:
 def _demo_arguments(arguments: argparse.Namespace) -> list[str]:
     extra = ['--speed', arguments.speed]
     return ['run', *DEMO, *extra, *(['--out', arguments.out] if arguments.out else [])]
-
-
-def check_boxes(options: RunOptions) -> None:
-    """Refuse what the conveyor cannot do, before anything starts; ``ValueError`` says why."""
-    load_boxes(options.boxes)
-    parse_faults(options.faults)
-    find_arrivals(options.arrivals)
-    find_jams(options.jams)
-
-
-def check_cell(options: RunOptions) -> None:
-    """Refuse a layout that cannot be built, or that the robot cannot serve, before the start."""
-    bins = dict.fromkeys(STATIONS[: options.open_bins], options.bin_spec)
-    path = str(options.layout) if options.layout else ''
-    layout_for(path, options.robot, bins, must_reach=find_arm(options.arm).moves_robot)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -84,9 +62,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return run_bench(parsed, given)
     if parsed.verb == 'layout':
         return run_layout(parsed)
-    options = run_options(parsed)
+    options = run_options(vars(parsed))
     try:
-        check_boxes(options)
         check_cell(options)
         command = [os.environ.get('PACK_CELL_COMMAND', 'cell'), *given]
         return run(options, command)

@@ -1,4 +1,4 @@
-"""Arguments of the launch file: those of ``cell run``, as parameters of the nodes.
+"""Arguments of the launch file: the options of ``cell run``, as parameters of the nodes.
 
 Knows nothing of launch, so that it can be tested where launch is not installed.
 """
@@ -6,64 +6,78 @@ Knows nothing of launch, so that it can be tested where launch is not installed.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from arm_executor.arms.registry import ARMS_IN_WORDS, DEFAULT_ARM
-from arm_executor.model.robot_data import ROBOTS
-from pack_cell.cli import check_boxes, check_cell
-from pack_cell.options import OneLineParser, add_run_options, run_options
-from pack_cell.running.node_commands import node_parameters
-from pack_planner.algorithms import ALGORITHMS
+from pack_cell.options.declaration import NamedOption, declared_options, help_text
+from pack_cell.options.parsers import BadValue
+from pack_cell.options.run_options import RunOptions, run_options
+from pack_cell.running.node_parameters import check_cell, node_parameters
 
-#: Argument to (option of ``cell run``, default, what it is); empty: the option's own default.
-ARGUMENTS = {
-    'boxes_file': ('--boxes', '', 'what to pack, as for `cell run --boxes`; empty: the cartons'),
-    'count': ('--count', '0', 'number of boxes; 0: the whole stream'),
-    'seed': ('--seed', '0', 'seed of the shuffle; 0: as listed'),
-    'bin_type': ('--bin', 'LDC', 'LDC, RC, PAL, EQ, SYN or LxBxH in centimetres'),
-    'open_bins': ('--open-bins', '2', 'bins open at a time, 1 to 3'),
-    'destinations': ('--destinations', '0', 'destinations of boxes and bins; 0: none'),
-    'serve': ('--serve', '', 'destinations that the bins serve, where boxes bring their own'),
-    'look_ahead': ('--look-ahead', '5', 'boxes the planner may choose from, 1 to 6'),
-    'algorithm': ('--algorithm', 'mpack_lite', 'packing algorithm'),
-    'profile': ('--profile', 'cell', 'packing rules: paper or cell'),
-    'size_sigmas': ('--size-sigmas', '', "sigmas kept free around a box; empty: the profile's"),
-    'deadline_s': ('--deadline', '5.5', 'seconds a box may take'),
-    'speed': ('--speed', '1.0', 'robot time against wall time; 0: as fast as possible'),
-    'scan_sigma': ('--scan-sigma', '', 'error of a measured edge, mm; empty: 2, paper 0'),
-    'faults': ('--faults', '', 'what goes wrong, such as all=0.01 or no_read=0.02'),
-    'belt_mode': ('--belt-mode', 'stop_at_pick', 'stop_at_pick or continuous'),
-    'arrivals': ('--arrivals', 'saturated', 'when boxes come, such as poisson:900'),
-    'jams': ('--jams', '', 'when the belt jams, such as random:600,20'),
-    'max_laps': ('--max-laps', '100', 'a box passed over more often is rejected; 0: never'),
-    'arm': ('--arm', DEFAULT_ARM, ARMS_IN_WORDS),
-    'robot': ('--robot', '', f'{", ".join(ROBOTS)}; empty: that of the layout'),
-    'grasp_faces': ('--grasp-faces', 'top', 'top: boxes stay upright; any: by the front too'),
-    'layout': ('--layout', '', 'YAML file of the layout; empty: the default'),
-}
+#: What arguments were called before they had the names of the options.
+FORMER_NAMES = {'boxes_file': 'boxes', 'bin_type': 'bin', 'deadline_s': 'deadline'}
 
 
-def launched_nodes(values: Mapping[str, str], state_dir: str = '') -> dict[str, dict[str, Any]]:
-    """Parameters of each node, by its name, for ``values`` of :data:`ARGUMENTS`.
+@dataclass(frozen=True)
+class LaunchArgument:
+    """An argument as launch declares it; with an empty text the option has its own default."""
+
+    name: str
+    default: str
+    description: str
+
+
+def _options() -> dict[str, NamedOption]:
+    """The options that are about the nodes, by the name of the argument."""
+    return {
+        named.argument: named
+        for named in declared_options(RunOptions)
+        if named.declaration.launched
+    }
+
+
+def launch_arguments() -> list[LaunchArgument]:
+    """The arguments of the launch file."""
+    arguments = []
+    for name, named in _options().items():
+        declaration = named.declaration
+        default = declaration.launch_default or declaration.default
+        description = help_text(declaration)
+        if not default:
+            description += f'; empty: {declaration.says_default.replace("`", "")}'
+        arguments.append(LaunchArgument(name, default, description))
+    return arguments
+
+
+def launched_nodes(texts: Mapping[str, str], state_dir: str = '') -> dict[str, dict[str, Any]]:
+    """Parameters of each node, by its name, for the ``texts`` of arguments by their names.
 
     ``state_dir`` is the folder of the journals; with an empty one state is lost with the node.
 
     Raises
     ------
-    SystemExit
-        A value is no value of its option; the message is on stderr.
     ValueError, OSError
-        The cell cannot be run so.
+        An argument is unknown, its text is no value of its option, or the cell cannot be run so.
     """
-    parser = OneLineParser(prog='cell.launch.py')
-    add_run_options(parser, tuple(ALGORITHMS))
-    given = [f'{ARGUMENTS[name][0]}={value}' for name, value in values.items() if value]
-    options = run_options(parser.parse_args(given))
-    check_boxes(options)
+    known = _options()
+    given: dict[str, Any] = {}
+    for name, text in texts.items():
+        if name not in known:
+            new = FORMER_NAMES.get(name)
+            use = f'it is called {new} now' if new else f'use {", ".join(known)}'
+            msg = f'cell.launch.py: unknown argument {name}: {use}'
+            raise ValueError(msg)
+        if text:
+            try:
+                given[known[name].key] = known[name].read(text)
+            except BadValue as error:
+                msg = f'cell.launch.py: argument {name}: {error}'
+                raise ValueError(msg) from None
+    options = run_options(given)
     check_cell(options)
-    found = node_parameters(Path(), options)
-    for parameters in found.values():
+    nodes = node_parameters(Path(), options)
+    for parameters in nodes.values():
         if 'state_dir' in parameters:
             parameters['state_dir'] = state_dir
-    return found
+    return nodes

@@ -2,24 +2,37 @@
 
 from __future__ import annotations
 
+import re
+import runpy
+import sys
+import types
+from pathlib import Path
+
 import pytest
 
-from pack_cell.launching import ARGUMENTS, launched_nodes
-from pack_cell.options import OneLineParser, add_run_options
+from pack_cell.launching import FORMER_NAMES, launch_arguments, launched_nodes
+from pack_cell.options.declaration import declared_options
+from pack_cell.options.parsers import OneLineParser
+from pack_cell.options.run_options import RunOptions, add_run_options
 
 #: Options of `cell run` that are about the run as a whole, not about its nodes.
 OF_THE_RUN = {'--help', '--respawn', '--stall-timeout', '--out', '--quiet', '--planner'}
 
 
-def test_every_option_of_a_node_is_an_argument():
+def test_every_option_of_a_node_is_an_argument_of_the_same_name():
     parser = OneLineParser(prog='cell run')
-    add_run_options(parser, ('mpack_lite',))
-    options = {one for action in parser._actions for one in action.option_strings if one[2:]}
-    assert options - OF_THE_RUN - {'-h'} == {option for option, _, _ in ARGUMENTS.values()}
+    add_run_options(parser)
+    options = {name for action in parser._actions for name in action.option_strings if name[2:]}
+    arguments = {f'--{argument.name.replace("_", "-")}' for argument in launch_arguments()}
+    assert options - OF_THE_RUN - {'-h'} == arguments
 
 
 def test_defaults_are_those_of_the_run_in_real_time():
-    defaults = {name: default for name, (_, default, _) in ARGUMENTS.items()}
+    arguments = {argument.name: argument for argument in launch_arguments()}
+    for named in declared_options(RunOptions):
+        if named.declaration.launched and named.key != 'speed':
+            assert arguments[named.argument].default == named.declaration.default
+    defaults = {name: argument.default for name, argument in arguments.items()}
     found = launched_nodes(defaults, state_dir='/somewhere')
     assert set(found) == {'conveyor', 'planner', 'arm_executor'}
     assert found['conveyor']['size_sigma'] == 2.0 and found['planner']['size_sigmas'] == 2.0
@@ -49,16 +62,33 @@ def test_arguments_become_parameters_of_the_nodes_that_they_are_about():
     assert (conveyor['destinations'], found['arm_executor']['destinations']) == (2, 'D1,D2')
 
 
-@pytest.mark.parametrize('wrong', [{'speed': 'fast'}, {'arm': 'robot'}, {'max_laps': '-1'}])
-def test_a_wrong_argument_ends_the_launch(wrong, capsys):
-    with pytest.raises(SystemExit):
+@pytest.mark.parametrize(
+    ('wrong', 'text'),
+    [
+        ({'speed': 'fast'}, "argument speed: 'fast' is not a number"),
+        ({'arm': 'robot'}, "argument arm: unknown arm 'robot'"),
+        ({'max_laps': '-1'}, 'argument max_laps: -1 is out of range'),
+        ({'jams': 'sometimes'}, 'argument jams: '),
+        ({'boxes': '/none.csv'}, 'argument boxes: box file /none.csv cannot be read'),
+        ({'colour': 'red'}, 'unknown argument colour'),
+    ],
+)
+def test_a_wrong_argument_ends_the_launch_with_its_name(wrong, text):
+    with pytest.raises(ValueError, match=re.escape(f'cell.launch.py: {text}')):
         launched_nodes(wrong)
-    assert 'cell.launch.py' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('name', FORMER_NAMES)
+def test_an_argument_under_its_former_name_is_not_passed_over(name):
+    with pytest.raises(ValueError, match=f'{name}: it is called {FORMER_NAMES[name]} now'):
+        launched_nodes({name: 'EQ'})
 
 
 def test_a_cell_that_cannot_be_run_is_refused():
     with pytest.raises(ValueError, match='jams'):
         launched_nodes({'jams': 'sometimes'})
+    with pytest.raises(ValueError, match='ur5e'):
+        launched_nodes({'robot': 'ur5e', 'bin': 'PAL'})
 
 
 @pytest.mark.parametrize(
@@ -74,3 +104,56 @@ def test_a_cell_that_cannot_be_run_is_refused():
 def test_the_planner_takes_a_box_before_the_conveyor_rejects_it(max_laps, belt_mode, expected):
     found = launched_nodes({'max_laps': max_laps, 'belt_mode': belt_mode})
     assert found['planner']['max_passed_over'] == expected
+
+
+class Recorded:
+    """Stands for whatever class of launch: remembers what it was made with."""
+
+    def __init__(self, *positional, **named):
+        self.positional, self.named = positional, named
+
+
+class LaunchConfiguration(Recorded):
+    def perform(self, context):
+        return context.launch_configurations[self.positional[0]]
+
+
+@pytest.fixture
+def launch_file(monkeypatch):
+    """The launch file, where launch itself is not installed."""
+    names = {
+        'launch': ('LaunchContext', 'LaunchDescription'),
+        'launch.actions': ('DeclareLaunchArgument', 'OpaqueFunction'),
+        'launch.substitutions': (),
+        'launch_ros': (),
+        'launch_ros.actions': ('Node',),
+    }
+    for module, classes in names.items():
+        made = types.ModuleType(module)
+        for name in classes:
+            setattr(made, name, type(name, (Recorded,), {}))
+        monkeypatch.setitem(sys.modules, module, made)
+    sys.modules['launch.substitutions'].LaunchConfiguration = LaunchConfiguration
+    path = Path(__file__).resolve().parents[1] / 'launch' / 'cell.launch.py'
+    return runpy.run_path(str(path))
+
+
+def launched(launch_file, **given):
+    """The nodes that the launch file makes of what is given on the command line."""
+    *arguments, function = launch_file['generate_launch_description']().positional[0]
+    texts = {one.positional[0]: one.named['default_value'] for one in arguments} | given
+    context = types.SimpleNamespace(launch_configurations=texts)
+    return {node.named['executable']: node.named for node in function.named['function'](context)}
+
+
+def test_the_launch_file_starts_three_nodes_with_their_parameters(launch_file):
+    nodes = launched(launch_file, bin='EQ', namespace='north', state_dir='/somewhere')
+    assert set(nodes) == {'conveyor', 'planner', 'arm_executor'}
+    assert {node['namespace'] for node in nodes.values()} == {'north'}
+    [parameters] = nodes['arm_executor']['parameters']
+    assert (parameters['bin_type'], parameters['state_dir']) == ('EQ', '/somewhere')
+
+
+def test_the_launch_file_refuses_a_former_name(launch_file):
+    with pytest.raises(ValueError, match='bin_type: it is called bin now'):
+        launched(launch_file, bin_type='EQ')

@@ -3,7 +3,7 @@
 import json
 from dataclasses import replace
 
-from pack_cell.options import OneLineParser, add_run_options, run_options
+from pack_cell.options.run_options import parse_run_options
 from pack_cell.report.archive import Archive
 from pack_cell.report.record import KEPT_BINS, RunRecord
 from pack_cell.report.summary import execution_profile, placement_rows, summarize
@@ -68,9 +68,7 @@ def finished_record():
 
 
 def options(*arguments):
-    parser = OneLineParser(prog='cell run')
-    add_run_options(parser, ('mpack_lite',))
-    return run_options(parser.parse_args(list(arguments)))
+    return parse_run_options(arguments)
 
 
 def summary_of(record):

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import math
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from conveyor_sim.streams import SYNTAX
+from pack_cell.options.parsers import NumberRange, whole
 from pack_msgs_py.orientation import ORIENTATION_RULES
 from pack_msgs_py.profiles import PROFILES
 
@@ -61,21 +60,19 @@ def _add_questions(parser: argparse.ArgumentParser) -> None:
         'Default: SYN is cut from ten bins, other bins get boxes drawn from the built-in cartons',
     )  # fmt: skip
     boxes.add_argument(
-        '--shuffle', type=_whole(0, 2**31 - 1), metavar='SEED',
+        '--shuffle', type=whole(0, 2**31 - 1), metavar='SEED',
         help='pack all boxes of the file in an order shuffled with this seed, one order for '
         'each of --collections',
     )  # fmt: skip
     boxes.add_argument(
-        '--collections', type=_whole(1, 100_000), metavar='N',
+        '--collections', type=whole(1, 100_000), metavar='N',
         help='collections per bin (default 30 for SYN, 25 for others, 1 for --boxes)',
     )  # fmt: skip
     boxes.add_argument(
-        '--boxes-per-bin', type=_whole(2, 100), default=23, metavar='N',
+        '--boxes-per-bin', type=whole(2, 100), default=23, metavar='N',
         help='boxes into which a SYN bin is cut (default 23)',
     )  # fmt: skip
-    boxes.add_argument(
-        '--seed', type=_whole(0, 2**31 - 1), default=1, metavar='N', help='default 1'
-    )
+    boxes.add_argument('--seed', type=whole(0, 2**31 - 1), default=1, metavar='N', help='default 1')
     rules = parser.add_argument_group('rules')
     rules.add_argument(
         '--profile', choices=tuple(PROFILES), default='paper', help='packing rules (default paper)'
@@ -86,10 +83,10 @@ def _add_questions(parser: argparse.ArgumentParser) -> None:
         "any, as in the paper's experiments",
     )  # fmt: skip
     rules.add_argument(
-        '--open-bins', type=_whole(1, 3), default=3, metavar='N', help='1 to 3 (default 3)'
+        '--open-bins', type=whole(1, 3), default=3, metavar='N', help='1 to 3 (default 3)'
     )
     rules.add_argument(
-        '--destinations', type=_whole(1, MAX_DESTINATIONS), metavar='N',
+        '--destinations', type=whole(1, MAX_DESTINATIONS), metavar='N',
         help='give each box one of N destinations and each bin one that it takes boxes for '
         '(bin k the destination k mod N; with more destinations than bins, closing a bin makes '
         'room for another one). Default: any box goes into any bin',
@@ -100,12 +97,12 @@ def _add_questions(parser: argparse.ArgumentParser) -> None:
         "single kinds of bins as in '1,1,100 RC:2,1,100'",
     )  # fmt: skip
     rules.add_argument(
-        '--budget', type=_seconds, metavar='S',
+        '--budget', type=NumberRange(0, MAX_BUDGET_S, 's', above=True), metavar='S',
         help='seconds a decision may take (default 5); a search that time cuts short may end '
         'elsewhere in the next run',
     )  # fmt: skip
     rules.add_argument(
-        '--budget-nodes', type=_whole(1, 10**12), metavar='N',
+        '--budget-nodes', type=whole(1, 10**12), metavar='N',
         help='search nodes a decision may take: the same result on every machine and in every '
         'run (no limit of time then, unless --budget is given too)',
     )  # fmt: skip
@@ -144,7 +141,7 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
         help='which bin is closed when nothing fits: fullest (default), oldest, least_useful',
     )  # fmt: skip
     how.add_argument(
-        '--max-passed-over', type=_whole(0, 1_000_000), default=0, metavar='N',
+        '--max-passed-over', type=whole(0, 1_000_000), default=0, metavar='N',
         help='a box passed over so often must be next; 0 (default): no limit',
     )  # fmt: skip
 
@@ -152,7 +149,7 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
 def _add_answers(parser: argparse.ArgumentParser) -> None:
     where = parser.add_argument_group('where to run')
     where.add_argument(
-        '--jobs', type=_whole(1, 1024), default=1, metavar='N',
+        '--jobs', type=whole(1, 1024), default=1, metavar='N',
         help='processes (default 1, which measures times best)',
     )  # fmt: skip
     where.add_argument(
@@ -176,30 +173,3 @@ def _add_answers(parser: argparse.ArgumentParser) -> None:
         '--figure', type=Path, metavar='FILE', help='the figure alone: .svg, .png or .pdf'
     )
     output.add_argument('--markdown', action='store_true', help='print tables in Markdown instead')
-
-
-def _whole(low: int, high: int) -> Callable[[str], int]:
-    def parse(text: str) -> int:
-        try:
-            value = int(text)
-        except ValueError:
-            msg = f'{text!r} is not a whole number'
-            raise argparse.ArgumentTypeError(msg) from None
-        if not low <= value <= high:
-            msg = f'{text} is out of range: it must be {low} to {high}'
-            raise argparse.ArgumentTypeError(msg)
-        return value
-
-    return parse
-
-
-def _seconds(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        msg = f'{text!r} is not a number of seconds'
-        raise argparse.ArgumentTypeError(msg) from None
-    if not math.isfinite(value) or not 0 < value <= MAX_BUDGET_S:
-        msg = f'{text} is out of range: it must be above 0 and at most 86400 s'
-        raise argparse.ArgumentTypeError(msg)
-    return value

@@ -17,7 +17,7 @@ from arm_executor.model.layout import STATIONS, Layout, LayoutError, check_layou
 from arm_executor.model.robot_data import ROBOTS
 from arm_executor.reach.layout_file import find_layout
 from arm_executor.reach.reach import LEAST_REACH, check_reach
-from pack_cell.options import bin_kind, number
+from pack_cell.options.parsers import NumberRange, bin_kind, whole
 from pack_msgs_py.values import BIN_TYPES, BinSpec, parse_bin
 
 if TYPE_CHECKING:
@@ -62,14 +62,14 @@ def add_layout(verbs: Any) -> None:  # noqa: ANN401 - argparse does not name its
     )
     parser.add_argument(
         '--samples',
-        type=number(0, 10_000, 'it must be 0 to 10000', whole=True),
+        type=whole(0, 10_000),
         default=12,
         metavar='N',
         help='placements of each bin to plan as whole motions (default 12)',
     )
     parser.add_argument(
         '--deadline',
-        type=number(0, 3600, 'it must be above 0 and at most 3600 s', whole=False, above=True),
+        type=NumberRange(0, 3600, 's', above=True),
         default=5.5,
         dest='deadline_s',
         metavar='S',
@@ -77,7 +77,7 @@ def add_layout(verbs: Any) -> None:  # noqa: ANN401 - argparse does not name its
     )
     parser.add_argument(
         '--least',
-        type=number(0, 100, 'it must be 0 to 100', whole=False),
+        type=NumberRange(0, 100),
         default=100 * LEAST_REACH,
         metavar='PERCENT',
         help='share of each bin that must be in reach without collision (default 50)',

@@ -10,7 +10,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from pack_cell.options import GRASP_FACES, RunOptions
+from pack_cell.options.run_options import GRASP_FACES, RunOptions
 from pack_cell.report.accounts import Ledger, accounts, disagreements, waits
 from pack_cell.report.archive import BinFigures
 from pack_cell.report.record import RunRecord

@@ -16,7 +16,7 @@ from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 from conveyor_sim.streams import BOXES_FILE, Stream, write_boxes
-from pack_cell.options import RunOptions
+from pack_cell.options.run_options import RunOptions
 from pack_cell.report.accounts import read_ledger
 from pack_cell.report.archive import Archive
 from pack_cell.report.record import RunRecord

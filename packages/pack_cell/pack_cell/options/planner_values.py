@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import replace
 from typing import Any
 
+from pack_cell.options.parsers import BadValue
 from pack_msgs_py.parameter_fields import Value, check_value, parameter_fields
 from pack_planner.parameters import PlannerParameters, settings
 
@@ -17,19 +17,19 @@ OWN_OPTION = (
 
 
 def planner_value(text: str) -> tuple[str, Value]:
-    """An argparse type: ``NAME=VALUE`` as a checked parameter of the node `planner`."""
+    """Read ``NAME=VALUE``, a checked parameter of the node `planner`."""
     name, equals, written = text.partition('=')
-    specs = {one.name: one for one in parameter_fields(PlannerParameters)}
-    known = [one for one in specs if one not in OWN_OPTION]
+    specs = {spec.name: spec for spec in parameter_fields(PlannerParameters)}
+    known = [parameter for parameter in specs if parameter not in OWN_OPTION]
     if not equals or name not in known:
         msg = f'{text!r} is not NAME=VALUE with one of {", ".join(known)}'
-        raise argparse.ArgumentTypeError(msg)
+        raise BadValue(msg)
     try:
         value = check_value(specs[name], _typed(type(specs[name].default), written))
         changed: dict[str, Any] = {name: value}
         settings(replace(PlannerParameters(), **changed))
     except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
+        raise BadValue(str(error)) from None
     return name, value
 
 

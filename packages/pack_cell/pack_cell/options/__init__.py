@@ -1,0 +1,1 @@
+"""Options on the command line: declared once, read, listed."""

@@ -1,0 +1,354 @@
+"""The options of ``cell run``, of ``cell demo`` and of the launch file, each declared once."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from arm_executor.arms.registry import ARMS, DEFAULT_ARM, find_arm
+from arm_executor.model.robot_data import ROBOTS
+from conveyor_sim.belt.jams import FORMS as JAMS
+from conveyor_sim.belt.jams import find_jams
+from conveyor_sim.induct.arrivals import FORMS as ARRIVALS
+from conveyor_sim.induct.arrivals import find_arrivals
+from conveyor_sim.scanning.faults import parse_faults
+from conveyor_sim.streams import SYNTAX, load_boxes, resolved
+from pack_cell.options.declaration import (
+    DEFAULT_PROFILE,
+    add_options,
+    declared_options,
+    option,
+)
+from pack_cell.options.parsers import (
+    NumberRange,
+    OneLineParser,
+    OneOf,
+    bin_kind,
+    checked,
+    optional_path,
+    whole,
+)
+from pack_cell.options.planner_values import planner_value
+from pack_msgs_py.parameter_fields import Value
+from pack_msgs_py.profiles import PROFILES
+from pack_msgs_py.values import BinSpec
+
+#: Error of the scanner by profile: what one can buy, and none, as in the paper.
+SCAN_SIGMA_MM = {'cell': 2.0, 'paper': 0.0}
+#: Orientation rule of planner and executor by the faces that the arm takes boxes by.
+GRASP_FACES = {'top': 'upright', 'any': 'upright_or_front_up'}
+#: What else is off when the sizes are, in kilograms and degrees.
+SCAN_SIGMA_KG, SCAN_SIGMA_DEG = 0.02, 0.3
+
+_PACK, _DECIDE, _BELT = 'what to pack', 'how to decide', 'what comes on the belt'
+_ACT, _OUTPUT = 'how to act', 'output'
+
+
+def _algorithms() -> tuple[str, ...]:
+    # Numba takes half a second to load, which only those wait for who choose an algorithm.
+    from pack_planner.algorithms import ALGORITHMS
+
+    return tuple(ALGORITHMS)
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """Everything that fixes a run. Lengths in millimetres, times in seconds."""
+
+    boxes: str = option(
+        '',
+        'the boxes: a file or a stream by name',
+        _PACK,
+        read=checked(load_boxes),
+        metavar='BOXES',
+        values=SYNTAX,
+        default_text="cartons, the project's own stream of 40",
+        see='../packages/conveyor_sim/README.md#streams-by-name',
+        parameters=('conveyor.boxes_file',),
+        as_parameter=resolved,
+    )
+    count: int = option(
+        '0',
+        'number of boxes; more than the file holds repeats it, or more are made; 0: all of it once',
+        _PACK,
+        read=whole(0, 1_000_000),
+        metavar='N',
+        parameters=('conveyor.count',),
+    )
+    seed: int = option(
+        '0',
+        '0: boxes in the order of the file; else they are shuffled with this seed',
+        _PACK,
+        read=whole(0, 2**31 - 1),
+        metavar='N',
+        parameters=('conveyor.seed',),
+        in_summary=True,
+    )
+    bin_spec: BinSpec = option(
+        'LDC',
+        'kind of every bin',
+        _PACK,
+        name='bin',
+        read=bin_kind,
+        metavar='KIND',
+        values='`LDC`, `RC`, `PAL`, `EQ`, `SYN` or `LxBxH` in centimetres such as `100x60x60`',
+        parameters=('arm_executor.bin_type',),
+        as_parameter=lambda spec: spec.name,
+        in_summary=True,
+    )
+    open_bins: int = option(
+        '2',
+        'bins open at a time',
+        _PACK,
+        read=whole(1, 3),
+        metavar='N',
+        parameters=('arm_executor.open_bins',),
+    )
+    destinations: int = option(
+        '0',
+        'give each box that has none one of N destinations, D1 to DN, at random, and the bins to '
+        'them in turn; 0: none, any box goes into any bin',
+        _PACK,
+        read=whole(0, 1000),
+        metavar='N',
+        see='destinations.md',
+        parameters=('conveyor.destinations',),
+    )
+    serve: str = option(
+        '',
+        'destinations that the bins serve at the start, with commas between them, where the boxes '
+        'bring their own',
+        _PACK,
+        metavar='NAMES',
+        default_text='those of `--destinations`',
+        see='destinations.md',
+    )
+    look_ahead: int = option(
+        '5',
+        'boxes the planner may choose from',
+        _DECIDE,
+        read=whole(1, 6),
+        metavar='N',
+        parameters=('conveyor.look_ahead', 'planner.look_ahead'),
+        in_summary=True,
+    )
+    algorithm: str = option(
+        'mpack_lite',
+        'packing algorithm',
+        _DECIDE,
+        read=OneOf(_algorithms),
+        parameters=('planner.algorithm',),
+        in_summary=True,
+    )
+    profile: str = option(
+        DEFAULT_PROFILE,
+        'packing rules: cell has the margins that an arm needs, paper has none',
+        _DECIDE,
+        read=OneOf(lambda: tuple(PROFILES)),
+        parameters=('planner.profile', 'arm_executor.profile'),
+        in_summary=True,
+    )
+    size_sigmas: float = option(
+        '',
+        'standard deviations of the scanner that are kept free around a box',
+        _DECIDE,
+        read=NumberRange(0, 10),
+        metavar='K',
+        by_profile={name: profile.size_sigmas for name, profile in PROFILES.items()},
+        see='scanner.md',
+        parameters=('planner.size_sigmas', 'arm_executor.size_sigmas'),
+        in_summary=True,
+    )
+    planner: tuple[tuple[str, Value], ...] = option(
+        '',
+        'a parameter of the planner such as cep=true, selection=largest, closing=oldest, '
+        'max_passed_over=10 or weights=2,1,100; more than once for several',
+        _DECIDE,
+        read=planner_value,
+        metavar='NAME=VALUE',
+        see='../packages/pack_planner/README.md#parameters',
+        repeated=True,
+        launched=False,
+    )
+    scan_sigma_mm: float = option(
+        '',
+        'standard deviation of each edge that the scanner measures; with one, weight and angle '
+        'are a little off too',
+        _BELT,
+        name='scan_sigma',
+        read=NumberRange(0, 50, 'mm'),
+        metavar='MM',
+        by_profile=SCAN_SIGMA_MM,
+        see='scanner.md',
+        parameters=('conveyor.size_sigma',),
+        in_summary=True,
+    )
+    faults: str = option(
+        '',
+        'what goes wrong with how many of the boxes',
+        _BELT,
+        read=checked(parse_faults),
+        metavar='RATES',
+        values='`no_read=0.01,touching=0.005`, or `all=0.01` for each of no_read, wrong_size, '
+        'touching, oversize, overweight, damaged, empty_pick, duplicate_id, fallen',
+        see='faults.md',
+        parameters=('conveyor.faults',),
+        in_summary=True,
+    )
+    belt_mode: str = option(
+        'stop_at_pick',
+        'how the belt moves',
+        _BELT,
+        read=OneOf(
+            lambda: {
+                'stop_at_pick': 'turns either way and waits',
+                'continuous': 'runs all the time',
+            }
+        ),
+        parameters=('conveyor.belt_mode',),
+    )
+    arrivals: str = option(
+        'saturated',
+        'when boxes come',
+        _BELT,
+        read=checked(find_arrivals),
+        metavar='WHEN',
+        values=ARRIVALS,
+        parameters=('conveyor.arrivals',),
+    )
+    jams: str = option(
+        '',
+        'when the belt jams',
+        _BELT,
+        read=checked(find_jams),
+        metavar='WHEN',
+        values=JAMS,
+        parameters=('conveyor.jams',),
+    )
+    max_laps: int = option(
+        '100',
+        'a box passed over more often is rejected; 0 for any number',
+        _BELT,
+        read=whole(0, 1_000_000),
+        metavar='N',
+        parameters=('conveyor.max_laps',),
+    )
+    arm: str = option(
+        DEFAULT_ARM,
+        'which arm',
+        _ACT,
+        read=checked(find_arm),
+        metavar='NAME',
+        values=', '.join(f'`{kind.name}` ({kind.summary})' for kind in ARMS)
+        + ', or `module:attribute` of an arm of your own',
+        see='integration.md',
+        parameters=('arm_executor.arm',),
+        in_summary=True,
+    )
+    robot: str = option(
+        '',
+        "robot of an arm that moves one, instead of the layout's own",
+        _ACT,
+        read=OneOf(lambda: tuple(ROBOTS)),
+        default_text='that of the layout, `ur20`',
+        parameters=('arm_executor.robot',),
+    )
+    layout: Path | None = option(
+        '',
+        'YAML file that says where everything stands; `cell layout` prints and checks one',
+        _ACT,
+        read=optional_path,
+        metavar='FILE',
+        default_text='the built-in layout',
+        see='cell_layout.md',
+        parameters=('arm_executor.layout',),
+        as_parameter=lambda path: str(path.resolve()) if path else '',
+    )
+    grasp_faces: str = option(
+        'top',
+        'faces by which the arm takes boxes',
+        _ACT,
+        read=OneOf(
+            lambda: {
+                'top': 'boxes stay upright',
+                'any': 'they may also be taken by the front, which comes up',
+            }
+        ),
+        parameters=('planner.orientations', 'arm_executor.orientations'),
+        as_parameter=GRASP_FACES.__getitem__,
+    )
+    deadline_s: float = option(
+        '5.5',
+        'seconds a box may take, unhidden planning and motion together',
+        _ACT,
+        name='deadline',
+        read=NumberRange(0, 3600, 's', above=True),
+        metavar='S',
+        parameters=('planner.deadline_s',),
+    )
+    speed: float = option(
+        '0',
+        'robot time against wall time: 1 real time, 0 as fast as possible',
+        _ACT,
+        read=NumberRange(0, 100),
+        metavar='X',
+        # Who launches a cell looks at it, or has a real belt beside it.
+        launch_default='1',
+        parameters=('conveyor.speed', 'arm_executor.speed'),
+        in_summary=True,
+    )
+    respawn: bool = option(
+        '',
+        'start a node again when it dies, instead of ending the run',
+        _ACT,
+        flag=True,
+        launched=False,
+    )
+    stall_timeout_s: float = option(
+        '120',
+        'end the run with an error when nothing happens for so long',
+        _ACT,
+        name='stall_timeout',
+        read=NumberRange(5, 3600, 's'),
+        metavar='S',
+        launched=False,
+    )
+    out: Path | None = option(
+        '',
+        'folder for summary.json, placements.jsonl, logs',
+        _OUTPUT,
+        read=optional_path,
+        metavar='DIR',
+        default_text='`runs/<time>`',
+        launched=False,
+    )
+    quiet: bool = option('', 'no progress, only the summary', _OUTPUT, flag=True, launched=False)
+
+
+def add_run_options(parser: argparse.ArgumentParser) -> None:
+    """Add every option of ``cell run`` to ``parser``."""
+    add_options(parser, RunOptions)
+
+
+def run_options(given: Mapping[str, Any]) -> RunOptions:
+    """The options with what is ``given``, by key; the rest are defaults, some by profile."""
+    values: dict[str, Any] = {}
+    profile = given.get('profile', DEFAULT_PROFILE)
+    for named in declared_options(RunOptions):
+        if named.key in given:
+            values[named.key] = (
+                tuple(given[named.key]) if named.declaration.repeated else given[named.key]
+            )
+        elif named.declaration.by_profile is not None:
+            values[named.key] = named.declaration.by_profile[profile]
+    return RunOptions(**values)
+
+
+def parse_run_options(arguments: Sequence[str], prog: str = 'cell run') -> RunOptions:
+    """The options of a command line; a wrong one ends the process with a line and code 2."""
+    parser = OneLineParser(prog=prog)
+    add_run_options(parser)
+    return run_options(vars(parser.parse_args(arguments)))

@@ -1,0 +1,84 @@
+"""What the options of a run mean for its nodes: their parameters, and whether it can be run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from arm_executor.arms.registry import find_arm
+from arm_executor.model.layout import STATIONS
+from arm_executor.reach.layout_file import find_layout, layout_for
+from conveyor_sim.streams import destination_names
+from pack_cell.options.declaration import declared_options
+from pack_cell.options.run_options import SCAN_SIGMA_DEG, SCAN_SIGMA_KG, RunOptions
+from pack_planner.parameters import PlannerParameters
+
+
+def check_cell(options: RunOptions) -> None:
+    """Refuse a layout that cannot be built, or that the robot cannot serve, before the start."""
+    bins = dict.fromkeys(STATIONS[: options.open_bins], options.bin_spec)
+    path = str(options.layout) if options.layout else ''
+    layout_for(path, options.robot, bins, must_reach=find_arm(options.arm).moves_robot)
+
+
+def node_parameters(folder: Path, options: RunOptions) -> dict[str, dict[str, Any]]:
+    """Parameters of each node that differ from its defaults, by node name."""
+    state = str(folder / 'state')
+    parameters: dict[str, dict[str, Any]] = {
+        'conveyor': {
+            'weight_sigma': SCAN_SIGMA_KG if options.scan_sigma_mm else 0.0,
+            'yaw_sigma': SCAN_SIGMA_DEG if options.scan_sigma_mm else 0.0,
+            'state_dir': state,
+        },
+        'planner': {
+            'budget_s': planning_budget_s(options),
+            'max_payload_kg': _payload(options),
+            'max_passed_over': most_passed_over(options),
+        },
+        'arm_executor': {
+            'destinations': options.serve or ','.join(destination_names(options.destinations)),
+            'state_dir': state,
+        },
+    }
+    for named in declared_options(RunOptions):
+        value = getattr(options, named.key)
+        if named.declaration.as_parameter is not None:
+            value = named.declaration.as_parameter(value)
+        for parameter in named.declaration.parameters:
+            node, _, name = parameter.partition('.')
+            parameters[node][name] = value
+    parameters['planner'].update(options.planner)
+    return parameters
+
+
+def most_passed_over(options: RunOptions) -> int:
+    """When the planner must take a box, so that the conveyor does not reject it for its laps.
+
+    On a belt that runs all the time a box passes up to three times while another one is picked, and
+    all others of the look-ahead may be due as well.
+    """
+    usual = PlannerParameters().max_passed_over
+    if not options.max_laps:
+        return usual
+    reserve = 3 * options.look_ahead if options.belt_mode == 'continuous' else 0
+    return min(usual, max(1, options.max_laps - reserve))
+
+
+def planning_budget_s(options: RunOptions) -> float:
+    """How long a decision may take, wall seconds.
+
+    Planning that no motion hides counts against the deadline: a tenth of it may be spent so, beside
+    three seconds of robot time, which nearly every motion takes. As fast as possible (speed 0) a
+    motion hides next to nothing.
+    """
+    hidden_s = 3.0 / options.speed if options.speed else 0.0
+    return min(PlannerParameters().budget_s, options.deadline_s / 10 + hidden_s)
+
+
+def _payload(options: RunOptions) -> float:
+    """What the arm lifts, kg; 0 for one that lifts any box."""
+    lifting_limit = find_arm(options.arm).lifting_limit
+    if lifting_limit is None:
+        return 0.0
+    path = str(options.layout) if options.layout else ''
+    return lifting_limit(find_layout(path, options.robot))
