@@ -238,7 +238,7 @@ class Rig:
                 'releasing': RELEASE_S,
                 'retreating': motion.retreat.duration,
             })  # fmt: skip
-            self.arm._driver.commanded = motion.retreat.q[-1]  # noqa: SLF001 - nothing moves
+            self.arm.driver.commanded = motion.retreat.q[-1]  # nothing moves
         self.poses[box_id] = pose
         measured = replace(decision, target=pose)
         self.bins = expected_bins(self.bins, measured)

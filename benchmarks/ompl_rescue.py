@@ -59,7 +59,7 @@ class Search:
 
         util.setLogLevel(util.LogLevel.LOG_NONE)
         self._base, self._geometric = base, geometric
-        self._planner, self._world = rig.arm._planner, rig.arm._planning
+        self._planner, self._world = rig.arm.planning.motions, rig.arm.obstacles
         self._seconds = seconds
 
     def leg(
@@ -149,15 +149,15 @@ class RescueRig(Rig):
     def rescue(self, request: PlaceRequest) -> float | str:
         """Seconds of the quickest motion that the search finds, or why there is none."""
         arm = self.arm
-        planner, world = arm._planner, arm._planning
-        stand = arm._stands.find(request.station)
-        assert stand is not None
-        site = arm._stands.site(stand)
+        planner, world = arm.planning.motions, arm.obstacles
+        target = arm.bins.find(request.station)
+        assert target is not None
+        site = arm.bins.site(target)
         try:
             task = make_task(request, site, arm.layout)
         except MotionError:
             return 'no room'
-        start = planner._start(arm._driver.commanded)
+        start = planner._start(arm.driver.commanded)
         stances = find_stances(planner.kinematics, planner.timing, task, start.q, start.branch)
         world.hold(task.size, 'held')
         best, why = math.inf, 'pick or place not free'
@@ -176,7 +176,7 @@ class RescueRig(Rig):
 
     def searched(self, task: Any, stance: Any, start: Any, request: PlaceRequest) -> float | str:
         """Seconds of a motion in one stance, legs searched where the drawn ones are not free."""
-        planner = self.arm._planner
+        planner = self.arm.planning.motions
         begin = waypoint(float(start.q[0]), start.tool[:3, 3], start.yaw, math.pi / 2)
         d4 = BRANCHES[stance.branch][0] * planner.kinematics.robot.d4
         way = find_way(task, stance, begin, float(start.q[6]), d4)
@@ -193,7 +193,7 @@ class RescueRig(Rig):
                 far = np.array([[9.0, 0.0, 0.0]])
                 tcp = np.vstack([path.tcp + far, path.tcp, path.tcp - far])
                 path = JointPath(np.repeat(path.q, 3, 0), tcp, np.repeat(path.yaw, 3))
-            return self.arm._planning.first_hit(path, turn)
+            return self.arm.obstacles.first_hit(path, turn)
 
         legs = (
             (way.approach, begin, way.grip, bare('pick box', task.pick, task.pick_yaw)),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from arm_executor.goals.admission import Goal
+from arm_executor.goals.admission import PlaceGoal
 from arm_executor.model.layout import Layout, pick_pose
 from pack_msgs_py.cell_values import Decision, Pose, Scan, ScannedBox
 from pack_msgs_py.orientation import QUATERNIONS, oriented_size
@@ -56,8 +56,8 @@ def pick_of(box: Box) -> Pose:
     return pick_pose(LAYOUT, box.size_mm)
 
 
-def make_goal(decision: Decision, *, deadline_s=1e12, number=1, **changes) -> Goal:
-    goal = Goal(
+def make_goal(decision: Decision, *, deadline_s=1e12, number=1, **changes) -> PlaceGoal:
+    goal = PlaceGoal(
         decision=decision,
         frame_id='bin_a',
         pick=pick_of(decision.box),

@@ -11,7 +11,7 @@ from executor_cases import CELL, LDC, make_box, make_decision, make_goal, make_s
 
 from arm_executor.bins.book import BookState
 from arm_executor.bins.records import placed_of
-from arm_executor.goals.admission import Situation, admit, orientation_error
+from arm_executor.goals.admission import AdmissionState, admit, orientation_error
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode, Mode, PlacementStatus
 from pack_msgs_py.orientation import ORIENTATIONS, QUATERNIONS
@@ -36,7 +36,7 @@ def situation(*, placed=(), boxes=(BOX,), age_s=0.1, **changes):
         'now_s': NOW_S,
         **changes,
     }
-    return Situation(**values)
+    return AdmissionState(**values)
 
 
 def with_decision(**changes):

@@ -29,11 +29,11 @@ class Counting(TimedArm):
         self.asked = []
         self.lies_mm = lies_mm
 
-    def plan(self, request, ahead=None):
-        self.asked.append((request.box.id, ahead is not None))
+    def plan(self, request, after=None):
+        self.asked.append((request.box.id, after is not None))
         if request.box.id == NEVER.id:
             raise MotionError(ErrorCode.PATH_IN_COLLISION, 'a hole too narrow')
-        return super().plan(request, ahead)
+        return super().plan(request, after)
 
     def _measured(self, request, fault, spent):
         result = super()._measured(request, fault, spent)

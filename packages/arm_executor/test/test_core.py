@@ -202,7 +202,7 @@ def test_an_arm_that_fails_leaves_the_box_in_doubt_until_the_restart(tmp_path, m
 
 def test_a_journal_that_cannot_be_written_stops_the_arm(make_bench):
     class Breaking(TimedArm):
-        def plan(self, request):
+        def plan(self, request, after=None):
             bench.journal._db.execute('PRAGMA query_only = ON')
             return super().plan(request)
 

@@ -106,7 +106,7 @@ def test_what_a_tilting_pad_may_do_is_held_at_every_tilt(mass):
 @pytest.mark.parametrize('station', ['A', 'B'])
 def test_the_tool_is_level_at_the_pick_and_down_at_the_place(arm, orientation, station):
     motion = arm.plan(request(orientation, station=station)).detail
-    tool = arm._planner.kinematics.tool(np.array([motion.carry.q[0], motion.carry.q[-1]]))
+    tool = arm.planning.motions.kinematics.tool(np.array([motion.carry.q[0], motion.carry.q[-1]]))
     assert tool[0, :3, 2] == pytest.approx((0.0, 1.0, 0.0), abs=1e-6)
     assert tool[1, :3, 2] == pytest.approx((0.0, 0.0, -1.0), abs=1e-6)
     for one, other in ((motion.approach, motion.carry), (motion.carry, motion.retreat)):

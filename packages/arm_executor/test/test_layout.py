@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from arm_executor.model.layout import (
-    Conveyor,
+    ConveyorLayout,
     Layout,
     LayoutError,
     Rail,
@@ -52,7 +52,7 @@ def test_bin_in_the_way_of_the_pedestal_is_refused():
 @pytest.mark.parametrize(
     ('layout', 'message'),
     [
-        (Layout(conveyor=Conveyor(width=-1.0)), 'conveyor.width is -1.0; it must be above 0'),
+        (Layout(conveyor=ConveyorLayout(width=-1.0)), 'conveyor.width is -1.0; it must be above 0'),
         (Layout(rail=Rail(speed=float('nan'))), 'rail.speed is nan; it must be finite'),
         (Layout(rail=Rail(x_min=1.0, x_max=-1.0)), 'rail.x_min 1.0 must be below rail.x_max -1.0'),
         (Layout(stations=Stations(wall=0.0)), 'stations.wall is 0.0; it must be above 0'),
@@ -107,14 +107,14 @@ def test_parameter_robot_wins_over_the_file_and_the_rest_of_the_file_stays(tmp_p
 
 
 def test_belt_in_a_bin_is_refused():
-    wide = replace(Layout(), conveyor=Conveyor(width=1.2))
+    wide = replace(Layout(), conveyor=ConveyorLayout(width=1.2))
     with pytest.raises(LayoutError, match=r'conveyor .* overlaps bin A'):
         check_layout(wide, {'A': parse_bin('EQ')})
 
 
 @pytest.mark.parametrize(('name', 'value'), [('front_y', 0.6), ('top_z', 0.9)])
 def test_pick_point_that_the_other_nodes_do_not_know_is_refused(name, value):
-    moved = replace(Layout(), conveyor=Conveyor(**{name: value}))
+    moved = replace(Layout(), conveyor=ConveyorLayout(**{name: value}))
     with pytest.raises(LayoutError, match=rf'conveyor\.{name} is {value}; planner and conveyor'):
         check_layout(moved, {})
 

@@ -78,7 +78,7 @@ def test_tall_box_waiting_on_the_belt_makes_the_arm_swing_over_it(arm):
     tall = box('tall', (300.0, 300.0, 600.0))
     waiting = ((tall, Pose((0.0, 1.0, 0.75 + 0.3))),)
     low, high = arm.plan(plain), arm.plan(replace(plain, belt=waiting))
-    last = arm._planner.kinematics.tool(high.detail.retreat.q[-1])[0]
+    last = arm.planning.motions.kinematics.tool(high.detail.retreat.q[-1])[0]
     assert last[2, 3] > 0.75 + 0.6
     assert high.predicted_s > low.predicted_s
 

@@ -17,7 +17,7 @@ class ToyArm:
         self.poses = {placed.box.id: poses[placed.box.id] for bin_ in bins for placed in bin_.boxes}
         return dict(self.poses)
 
-    def plan(self, request, ahead=None):
+    def plan(self, request, after=None):
         return MotionPlan(request, predicted_s=1.0, planning_s=0.0)
 
     def execute(self, plan, hooks, stop):

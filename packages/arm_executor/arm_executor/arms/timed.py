@@ -15,11 +15,11 @@ from dataclasses import replace
 from arm_executor.arms.kind import ArmKind
 from arm_executor.arms.true_boxes import Truth, mismatch, missed_by_pad, true_rest
 from arm_executor.model.arm_interface import (
-    Ahead,
     MotionError,
     MotionHooks,
     MotionPlan,
     MotionResult,
+    MotionUnderWay,
     PlaceRequest,
 )
 from arm_executor.model.layout import Layout, bin_frame
@@ -156,7 +156,7 @@ class TimedArm:
         }
         return {key: pose for each in self._contents.values() for key, pose in each.items()}
 
-    def plan(self, request: PlaceRequest, ahead: Ahead | None = None) -> MotionPlan:
+    def plan(self, request: PlaceRequest, after: MotionUnderWay | None = None) -> MotionPlan:
         """Predict the time by :func:`predict`; what the other motion does has no bearing on it."""
         started = time.perf_counter()
         target = self._bins.get(request.station)

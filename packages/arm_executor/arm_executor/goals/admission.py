@@ -28,7 +28,7 @@ ANGLE_TOLERANCE_RAD = math.radians(1.0)
 
 
 @dataclass(frozen=True)
-class Goal:
+class PlaceGoal:
     """A goal of place_box as plain values.
 
     ``pick`` is the centre of the box when it is grasped, in ``pick_frame``; ``frame_id`` is the
@@ -52,7 +52,7 @@ class Refusal:
 
 
 @dataclass(frozen=True)
-class Situation:
+class AdmissionState:
     """All that admission looks at.
 
     ``ids_in_bins`` are the boxes of all bins, closed ones too. ``busy_with`` is the box being
@@ -68,7 +68,9 @@ class Situation:
     now_s: float
 
 
-def admit(goal: Goal, situation: Situation, *, with_deadline: bool = True) -> Refusal | None:
+def admit(
+    goal: PlaceGoal, situation: AdmissionState, *, with_deadline: bool = True
+) -> Refusal | None:
     """``None`` when the goal may go on to motion planning, else the first reason why not.
 
     ``with_deadline`` is off for candidates of check_placements, which have none.
@@ -88,7 +90,7 @@ def admit(goal: Goal, situation: Situation, *, with_deadline: bool = True) -> Re
     return next((refusal for check in checks for refusal in check()), None)
 
 
-def _valid(goal: Goal, bins: BookState) -> Bin:
+def _valid(goal: PlaceGoal, bins: BookState) -> Bin:
     """The target bin, when every value of the goal can be used."""
     decision = goal.decision
     box = check_box(decision.box)
@@ -138,7 +140,7 @@ def _revision(decision: Decision, target: Bin) -> Iterator[Refusal]:
         )
 
 
-def _free(situation: Situation) -> Iterator[Refusal]:
+def _free(situation: AdmissionState) -> Iterator[Refusal]:
     if situation.busy_with:
         yield Refusal(
             ErrorCode.BUSY,
@@ -150,7 +152,7 @@ def _free(situation: Situation) -> Iterator[Refusal]:
         )
 
 
-def _once(box: Box, situation: Situation) -> Iterator[Refusal]:
+def _once(box: Box, situation: AdmissionState) -> Iterator[Refusal]:
     if box.id in situation.ids_in_bins:
         holder = next(
             (
@@ -163,7 +165,7 @@ def _once(box: Box, situation: Situation) -> Iterator[Refusal]:
         yield Refusal(ErrorCode.DUPLICATE_BOX, f'box {box.id!r} is already in {holder}')
 
 
-def _on_belt(box: Box, situation: Situation) -> Iterator[Refusal]:
+def _on_belt(box: Box, situation: AdmissionState) -> Iterator[Refusal]:
     code, scan = ErrorCode.BOX_NOT_ON_BELT, situation.scan
     if scan is None:
         yield Refusal(code, f'no box_scan has come yet, so box {box.id!r} is not known')
@@ -206,7 +208,7 @@ def _rules(decision: Decision, target: Bin, profile: Profile) -> Iterator[Refusa
         yield Refusal(ErrorCode.RULE_VIOLATION, '; '.join(broken))
 
 
-def _in_time(goal: Goal, now_s: float) -> Iterator[Refusal]:
+def _in_time(goal: PlaceGoal, now_s: float) -> Iterator[Refusal]:
     if goal.deadline_s <= now_s:
         yield Refusal(
             ErrorCode.STALE_GOAL,

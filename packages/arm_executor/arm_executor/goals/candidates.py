@@ -14,12 +14,12 @@ from dataclasses import dataclass, replace
 
 from arm_executor.bins.book import BookState
 from arm_executor.bins.records import placed_of
-from arm_executor.goals.admission import Goal, Situation, admit
+from arm_executor.goals.admission import AdmissionState, PlaceGoal, admit
 from arm_executor.goals.judging import resting_pose
 from arm_executor.goals.outputs import Checked, Output, Replied, Said, Ticket
 from arm_executor.goals.placing import Placing, Tools
 from arm_executor.goals.plan_cache import request_of
-from arm_executor.model.arm_interface import Ahead, MotionError
+from arm_executor.model.arm_interface import MotionError, MotionUnderWay
 from pack_msgs_py.codes import ErrorCode, Mode
 
 #: More candidates of one request than this are answered with BUSY, since infeasible ones are slow.
@@ -27,53 +27,53 @@ MAX_CANDIDATES = 8
 
 
 @dataclass(frozen=True)
-class View:
+class CandidateView:
     """What candidates are judged by at this moment; ``tools`` is ``None`` until the arm is there.
 
-    ``ahead`` is the motion that is under way; ``in_step`` says that the arm's world holds the bins
+    ``after`` is the motion that is under way; ``in_step`` says that the arm's world holds the bins
     of the book.
     """
 
-    situation: Situation
+    state: AdmissionState
     tools: Tools | None
-    ahead: Ahead | None = None
+    after: MotionUnderWay | None = None
     in_step: bool = True
 
 
-def foresee(view: View, placing: Placing | None, *, under_way: bool) -> View:
+def foresee(view: CandidateView, placing: Placing | None, *, under_way: bool) -> CandidateView:
     """``view`` as it will be when the motion of ``placing`` has succeeded, if one is under way."""
     plan = None if placing is None else placing.plan
     if placing is None or plan is None:
         return view
     decision = placing.goal.decision
-    now = view.situation.bins
+    now = view.state.bins
     target = now.find(decision.bin_id)
     if target is None:
         return view
     poses = now.poses
-    idle = replace(view.situation, mode=Mode.IDLE, busy_with='')
+    idle = replace(view.state, mode=Mode.IDLE, busy_with='')
     if any(one.box.id == decision.box.id for one in target.boxes):
         # measured and written down already; only the report is still to come
-        return replace(view, situation=idle)
+        return replace(view, state=idle)
     if not under_way:
         return view
     placed = placed_of(decision)
     rest = resting_pose(placed, decision.target, target.boxes, poses)
     expected = replace(target, boxes=(*target.boxes, placed), revision=target.revision + 1)
-    state = BookState(
+    bins = BookState(
         now.revision + 1,
-        tuple(expected if one.serial == target.serial else one for one in now.bins),
+        tuple(expected if bin_.serial == target.serial else bin_ for bin_ in now.bins),
         {**poses, decision.box.id: rest},
     )
-    ids = {*view.situation.ids_in_bins, decision.box.id}
-    situation = replace(idle, bins=state, ids_in_bins=ids)
-    return replace(view, situation=situation, ahead=Ahead(plan, rest))
+    ids = {*view.state.ids_in_bins, decision.box.id}
+    state = replace(idle, bins=bins, ids_in_bins=ids)
+    return replace(view, state=state, after=MotionUnderWay(plan, rest))
 
 
-class Checker:
+class CandidateChecker:
     """A thread that asks the arm about candidates; ``emit`` takes a list of :class:`Checked`."""
 
-    def __init__(self, view: Callable[[], View], emit: Callable[[Output], None]) -> None:
+    def __init__(self, view: Callable[[], CandidateView], emit: Callable[[Output], None]) -> None:
         self._view = view
         self._emit = emit
         self._jobs: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
@@ -92,7 +92,7 @@ class Checker:
             self._thread.join(timeout_s)
         return not self._thread.is_alive()
 
-    def check(self, ticket: Ticket, goals: Sequence[Goal], enough_s: float = 0.0) -> None:
+    def check(self, ticket: Ticket, goals: Sequence[PlaceGoal], enough_s: float = 0.0) -> None:
         """Answer for each of ``goals``; the first within ``enough_s`` is the last looked at."""
         self._jobs.put(lambda: self._answer(ticket, goals, enough_s))
 
@@ -100,7 +100,7 @@ class Checker:
         while (job := self._jobs.get()) is not None and not self._ended.is_set():
             job()
 
-    def _answer(self, ticket: Ticket, goals: Sequence[Goal], enough_s: float) -> None:
+    def _answer(self, ticket: Ticket, goals: Sequence[PlaceGoal], enough_s: float) -> None:
         answers: list[Checked] = []
         try:
             while len(answers) < len(goals) and not self._ended.is_set():
@@ -115,22 +115,22 @@ class Checker:
             answers += [failed] * (len(goals) - len(answers))
         self._emit(Replied(ticket, answers))
 
-    def _checked(self, index: int, goal: Goal) -> Checked:
+    def _checked(self, index: int, goal: PlaceGoal) -> Checked:
         if index >= MAX_CANDIDATES:
             text = f'candidate {index + 1}: at most {MAX_CANDIDATES} are looked at in one request'
             return Checked(ErrorCode.BUSY, text)
         view = self._view()
-        refusal = admit(goal, view.situation, with_deadline=False)
+        refusal = admit(goal, view.state, with_deadline=False)
         if refusal is not None:
             return Checked(refusal.code, refusal.message)
-        bins = view.situation.bins
+        bins = view.state.bins
         target = bins.find(goal.decision.bin_id)
         if view.tools is None or not view.in_step or target is None:
             return Checked(ErrorCode.BUSY, 'a bin is just being changed; ask again')
         tools = view.tools
         try:
-            request = request_of(goal, target.station, view.situation.scan)
-            plan = tools.plans.plan(tools.arm, request, bins.poses, view.ahead)
+            request = request_of(goal, target.station, view.state.scan)
+            plan = tools.plans.plan(tools.arm, request, bins.poses, view.after)
         except MotionError as error:
             return Checked(error.code, str(error))
         return Checked(ErrorCode.NONE, '', plan.predicted_s)

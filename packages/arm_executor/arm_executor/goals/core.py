@@ -17,9 +17,9 @@ from dataclasses import replace
 from arm_executor.bins.book import BinBook, BookError
 from arm_executor.bins.journal import JournalError
 from arm_executor.bins.records import Step
-from arm_executor.goals.admission import Goal, Refusal, Situation, admit
+from arm_executor.goals.admission import AdmissionState, PlaceGoal, Refusal, admit
 from arm_executor.goals.belt_view import BeltClock, BeltView
-from arm_executor.goals.candidates import Checker, View, foresee
+from arm_executor.goals.candidates import CandidateChecker, CandidateView, foresee
 from arm_executor.goals.outputs import (
     BinClosed,
     BinsChanged,
@@ -77,10 +77,10 @@ class ExecutorCore:
         self._tools: Tools | None = None
         self._jobs: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._work, name='arm', daemon=True)
-        self._checker = Checker(self._view, emit)
+        self._checker = CandidateChecker(self._view, emit)
         self._in_world: tuple[int, ...] = ()
         self._placing: Placing | None = None
-        self._early: list[tuple[Goal, float]] = []
+        self._early: list[tuple[PlaceGoal, float]] = []
         self._paused = False
         self._protective_stop = self._stop_wanted = ''
         self._fault = ''
@@ -149,7 +149,7 @@ class ExecutorCore:
             else:
                 self._admit(goal)
 
-    def submit(self, goal: Goal) -> None:
+    def submit(self, goal: PlaceGoal) -> None:
         """Admit ``goal`` and have it done, or refuse it; either way it ends in one report."""
         if self._is_early(goal):
             self._early.append((goal, self._steady() + EARLY_S))
@@ -178,11 +178,11 @@ class ExecutorCore:
             placing.halt(ErrorCode.PROTECTIVE_STOP, text)
             self._belt.wake()
 
-    def _is_early(self, goal: Goal) -> bool:
+    def _is_early(self, goal: PlaceGoal) -> bool:
         scan = self._belt.scan
         return goal.decision.scan_sequence > (0 if scan is None else scan.sequence)
 
-    def _admit(self, goal: Goal) -> None:
+    def _admit(self, goal: PlaceGoal) -> None:
         now_s = self._wall()
         refusal = admit(goal, self._situation(now_s))
         if refusal is not None:
@@ -192,7 +192,7 @@ class ExecutorCore:
         self._placing = placing
         self._jobs.put(lambda: self._place(placing))
 
-    def refusal_report(self, goal: Goal, refusal: Refusal) -> Report:
+    def refusal_report(self, goal: PlaceGoal, refusal: Refusal) -> Report:
         """Report of a goal that was refused at once."""
         decision, now_s = goal.decision, self._wall()
         return Report(
@@ -218,17 +218,17 @@ class ExecutorCore:
             refusal = Refusal(ErrorCode.CANCELED, 'canceled before it was looked at')
             self._emit(Finished(self.refusal_report(goal, refusal)))
 
-    def check(self, ticket: Ticket, goals: Sequence[Goal], enough_s: float = 0.0) -> None:
-        """Ask the arm about candidates; see :meth:`arm_executor.goals.candidates.Checker.check`."""
+    def check(self, ticket: Ticket, goals: Sequence[PlaceGoal], enough_s: float = 0.0) -> None:
+        """Ask the arm; see :meth:`~arm_executor.goals.candidates.CandidateChecker.check`."""
         self._checker.check(ticket, goals, enough_s)
 
-    def _view(self) -> View:
+    def _view(self) -> CandidateView:
         # First what is under way, then what there is: the other way round a placement that ends
         # in between would be neither.
         placing, attempt = self._placing, self._book.attempt
         situation = self._situation(self._wall())
         serials = tuple(one.serial for one in situation.bins.bins)
-        view = View(situation, self._tools, in_step=serials == self._in_world)
+        view = CandidateView(situation, self._tools, in_step=serials == self._in_world)
         return foresee(view, placing, under_way=attempt is not None)
 
     def swap(self, bin_id: str, revision: int, destination: str = '') -> Bin:
@@ -264,10 +264,10 @@ class ExecutorCore:
         """After a protective stop: box back to the belt, and on. Answers (success, message)."""
         self._jobs.put(lambda: self._reset(ticket))
 
-    def _situation(self, now_s: float) -> Situation:
+    def _situation(self, now_s: float) -> AdmissionState:
         status = self.status()
         placing = self._placing
-        return Situation(
+        return AdmissionState(
             bins=self._book.state,
             ids_in_bins=self._book.ids_in_bins,
             profile=self._settings.profile,

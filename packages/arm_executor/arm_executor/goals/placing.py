@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from arm_executor.bins.book import BinBook
 from arm_executor.bins.records import Step, placed_of
-from arm_executor.goals.admission import Goal, find_scanned
+from arm_executor.goals.admission import PlaceGoal, find_scanned
 from arm_executor.goals.belt_view import BeltClock, BeltView
 from arm_executor.goals.judging import angle_between, corner_distance, judge, resting_pose
 from arm_executor.goals.outputs import BinsChanged, Happened, Output, Progress, Said
@@ -57,7 +57,7 @@ class Placing:
     and the next start of the executor finds it in the journal.
     """
 
-    def __init__(self, goal: Goal, received_wall_s: float, received_steady_s: float) -> None:
+    def __init__(self, goal: PlaceGoal, received_wall_s: float, received_steady_s: float) -> None:
         self.goal = goal
         self.stop = threading.Event()
         self.remaining_s = 0.0

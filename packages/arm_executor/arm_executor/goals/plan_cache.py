@@ -7,9 +7,15 @@ import threading
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from arm_executor.goals.admission import Goal, find_scanned
+from arm_executor.goals.admission import PlaceGoal, find_scanned
 from arm_executor.goals.judging import angle_between
-from arm_executor.model.arm_interface import Ahead, Arm, MotionError, MotionPlan, PlaceRequest
+from arm_executor.model.arm_interface import (
+    Arm,
+    MotionError,
+    MotionPlan,
+    MotionUnderWay,
+    PlaceRequest,
+)
 from pack_msgs_py.cell_values import Pose, Scan
 from pack_msgs_py.values import Box
 
@@ -28,7 +34,7 @@ _KEPT = 32
 Poses = Mapping[str, Pose]
 
 
-def neighbours(goal: Goal, scan: Scan | None) -> tuple[tuple[Box, Pose], ...]:
+def neighbours(goal: PlaceGoal, scan: Scan | None) -> tuple[tuple[Box, Pose], ...]:
     """Boxes behind that of ``goal`` once it is at the pick point, frame `cell`.
 
     The top strand moves as one towards the arm (-y): the others come along by as much as the box
@@ -52,7 +58,7 @@ def neighbours(goal: Goal, scan: Scan | None) -> tuple[tuple[Box, Pose], ...]:
     return tuple(near)
 
 
-def request_of(goal: Goal, station: str, scan: Scan | None) -> PlaceRequest:
+def request_of(goal: PlaceGoal, station: str, scan: Scan | None) -> PlaceRequest:
     """What the arm is asked for."""
     decision = goal.decision
     return PlaceRequest(decision.box, goal.pick, station, decision.target, neighbours(goal, scan))
@@ -62,12 +68,12 @@ def request_of(goal: Goal, station: str, scan: Scan | None) -> PlaceRequest:
 class _Kept:
     """An answer of the arm, and what it rests on.
 
-    ``poses`` are of every box in the bins, ``after`` is the motion that must end as planned first.
+    ``poses`` are of every box in the bins, ``first`` is the motion that must end as planned first.
     """
 
     request: PlaceRequest
     poses: Poses
-    after: MotionPlan | None
+    first: MotionPlan | None
     answer: MotionPlan | MotionError
 
 
@@ -85,47 +91,55 @@ class PlanCache:
         self._last: MotionPlan | None = None
 
     def plan(
-        self, arm: Arm, request: PlaceRequest, poses: Poses, ahead: Ahead | None = None
+        self, arm: Arm, request: PlaceRequest, poses: Poses, after: MotionUnderWay | None = None
     ) -> MotionPlan:
         """The plan for ``request``, made now if there is none; may raise ``MotionError``.
 
-        ``poses`` of all boxes in the bins, bin frame, are those at the start of the motion.
+        ``poses`` of all boxes in the bins, bin frame, are those at the start of the motion, which
+        follows that of ``after`` if there is one.
         """
         with self._planning:
-            return self._found_or_made(arm, request, poses, ahead)
+            answer = self._kept_answer(request, poses, after)
+            if answer is None:
+                answer = self._made(arm, request, poses, after)
+        if isinstance(answer, MotionError):
+            raise MotionError(answer.code, str(answer))
+        return replace(answer, request=request)
 
-    def _found_or_made(
-        self, arm: Arm, request: PlaceRequest, poses: Poses, ahead: Ahead | None
-    ) -> MotionPlan:
-        after = None if ahead is None else ahead.plan
+    def _kept_answer(
+        self, request: PlaceRequest, poses: Poses, after: MotionUnderWay | None
+    ) -> MotionPlan | MotionError | None:
         with self._lock:
-            if after is self._last:
-                after = None
-            found = next(
-                (one for one in self._kept if one.after is after and _serves(one, request, poses)),
-                None,
+            first = self._first(after)
+            answers = (
+                kept.answer
+                for kept in self._kept
+                if kept.first is first and _serves(kept, request, poses)
             )
-        if found is not None:
-            if isinstance(found.answer, MotionError):
-                raise MotionError(found.answer.code, str(found.answer))
-            return replace(found.answer, request=request)
+            return next(answers, None)
+
+    def _made(
+        self, arm: Arm, request: PlaceRequest, poses: Poses, after: MotionUnderWay | None
+    ) -> MotionPlan | MotionError:
         answer: MotionPlan | MotionError
         try:
-            answer = arm.plan(request) if ahead is None else arm.plan(request, ahead)
+            answer = arm.plan(request, after)
         except MotionError as error:
             answer = error
         with self._lock:
-            after = None if ahead is None or ahead.plan is self._last else ahead.plan
-            self._kept = [*self._kept[1 - _KEPT :], _Kept(request, dict(poses), after, answer)]
-        if isinstance(answer, MotionError):
-            raise answer
+            made = _Kept(request, dict(poses), self._first(after), answer)
+            self._kept = [*self._kept[1 - _KEPT :], made]
         return answer
+
+    def _first(self, after: MotionUnderWay | None) -> MotionPlan | None:
+        """The motion to wait for; ``None`` when it has ended as planned, or there is none."""
+        return None if after is None or after.plan is self._last else after.plan
 
     def moved(self, motion: MotionPlan, *, as_planned: bool) -> None:
         """The arm has moved: only plans that start where ``motion`` should end are of any use."""
         with self._lock:
-            kept = [replace(one, after=None) for one in self._kept if one.after is motion]
-            self._kept = kept if as_planned else []
+            following = [replace(kept, first=None) for kept in self._kept if kept.first is motion]
+            self._kept = following if as_planned else []
             self._last = motion if as_planned else None
 
     def clear(self) -> None:

@@ -1,8 +1,9 @@
 """What the executor asks of an arm, whichever way the arm does it.
 
-Two arms fulfil it: :class:`arm_executor.arms.physics.arm.PhysicsArm` moves a robot model in
-PyBullet, :class:`arm_executor.arms.timed.TimedArm` only spends the predicted time, for soaks and
-studies.
+An arm fulfils the protocol :class:`Arm` and is told of by an
+:class:`arm_executor.arms.kind.ArmKind`; docs/integration.md, "Your own arm", has one of 40 lines.
+Two are here: :class:`arm_executor.arms.physics.arm.PhysicsArm` moves a robot model in PyBullet,
+:class:`arm_executor.arms.timed.TimedArm` only spends the predicted time, for soaks and studies.
 """
 
 from __future__ import annotations
@@ -64,10 +65,13 @@ class MotionPlan:
 
 
 @dataclass(frozen=True)
-class Ahead:
-    """A motion that is under way while the next one is planned.
+class MotionUnderWay:
+    """A motion that is still to be finished when the next one is planned.
 
-    ``plan`` says where it will leave the arm, ``rest`` where its box will rest, bin frame.
+    Attributes
+    ----------
+    plan : says where it will leave the arm; one that this arm made.
+    rest : where the centre of its box will rest, bin frame of its station.
     """
 
     plan: MotionPlan
@@ -101,11 +105,14 @@ class MotionResult:
 
 @dataclass(frozen=True)
 class MotionHooks:
-    """What the arm calls while it moves, from the thread that runs :meth:`Arm.execute`.
+    """What an arm calls while it moves, from the thread that runs :meth:`Arm.execute`.
 
-    ``phase(phase, fraction)`` reports progress. ``picked``, ``releasing`` and ``released`` are
-    called once each: right after the grasp holds, right before the pad lets go, right after.
-    The motion goes on only when they return, so that the journal is written first.
+    ``phase(phase, fraction)`` reports progress, at least once a second of wall-clock time: an arm
+    that is silent for longer than the parameter ``watchdog_s`` is stopped. ``picked``,
+    ``releasing`` and ``released`` are called in this order, at most once each: right after the
+    grasp holds, right before the pad lets go, right after. The motion goes on only when they
+    return, so that the journal is written before the next thing happens; what they raise is not to
+    be caught.
     """
 
     phase: Callable[[Phase, float], None]
@@ -117,29 +124,52 @@ class MotionHooks:
 class Arm(Protocol):
     """An arm in its cell.
 
-    Calls come from one thread, but :meth:`plan` from a second one too, and ``joint_positions``
-    from any.
+    It is made, used and closed on one thread. Only :meth:`plan` is also called from a second
+    thread, while :meth:`execute` runs; :meth:`tracking_error` and :meth:`joint_positions` from any.
+
+    The order of calls: :meth:`set_bins` first, and again whenever bins come or go; then, for each
+    box, :meth:`plan`, :meth:`execute` and, when the motion ended early, :meth:`holds`,
+    :meth:`return_to_belt` and :meth:`withdraw`. Whatever one of them raises except what is named
+    here stops the executor with mode ``FAULT``.
     """
 
     def set_bins(self, bins: Sequence[Bin], poses: Mapping[str, Pose]) -> dict[str, Pose]:
         """Make the world hold exactly ``bins`` (by their stations), and let it settle.
 
-        ``poses`` gives the pose of each box by id, bin frame. Returns the settled poses.
-        Boxes and bins that are already there as given are left alone.
+        An arm whose world is real looks instead, and says where the boxes are. Boxes and bins that
+        are already there as given are left alone.
+
+        Parameters
+        ----------
+        bins : at most one per station, with the boxes in them as they were scanned.
+        poses : of the centre of each of these boxes, by its id, bin frame.
+
+        Returns
+        -------
+        dict
+            The settled poses of the same boxes, bin frame.
         """
 
-    def plan(self, request: PlaceRequest, ahead: Ahead | None = None) -> MotionPlan:
-        """Plan the whole motion; :class:`MotionError` when there is none. Nothing moves.
+    def plan(self, request: PlaceRequest, after: MotionUnderWay | None = None) -> MotionPlan:
+        """Plan the whole motion, from where the arm is. Nothing moves.
 
-        With ``ahead`` it starts where that motion ends, with its box in its bin.
+        With ``after`` it starts where that motion ends, with its box in its bin. The same plan may
+        be asked for many times and run once, or never.
+
+        Raises
+        ------
+        MotionError
+            There is no such motion; its code and text are what the goal ends with.
         """
 
     def execute(self, plan: MotionPlan, hooks: MotionHooks, stop: threading.Event) -> MotionResult:
-        """Run ``plan``. When ``stop`` is set the arm comes to rest at once and stays still.
+        """Run ``plan``, made by this arm, and measure where the boxes of the bin are then.
 
-        After a stop, or a fault with the box in the gripper, the box is brought back to the belt
-        by the next call of :meth:`return_to_belt`. Never raises for what the world does; the
-        result says it.
+        A plan that begins elsewhere than where the arm is ends with ``START_STATE_INVALID``.
+        When ``stop`` is set the arm comes to rest at once, and the result has the code
+        ``CANCELED``; once the pad lets go it is too late, and the motion is finished. A box that
+        is then in the gripper, or after a fault, stays there until :meth:`return_to_belt`. Never
+        raises for what the world does; the result says it.
         """
 
     def return_to_belt(self) -> bool:
@@ -152,16 +182,19 @@ class Arm(Protocol):
         """
 
     def holds(self) -> str | None:
-        """Id of the box in the gripper."""
+        """Id of the box in the gripper; ``None`` when it is empty."""
 
     def tracking_error(self) -> float:
         """Farthest that a joint has ever been from its path, as a share of what is allowed.
 
-        Safe from any thread.
+        Safe from any thread; 0 for an arm that does not know.
         """
 
     def joint_positions(self) -> tuple[tuple[str, ...], tuple[float, ...]]:
-        """Joint names and positions, metres and radians; safe from any thread."""
+        """Joint names and positions, metres and radians; both empty for an arm that shows none.
+
+        Safe from any thread.
+        """
 
     def close(self) -> None:
-        """Give everything back."""
+        """Give everything back; nothing is called afterwards."""

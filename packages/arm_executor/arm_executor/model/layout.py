@@ -58,7 +58,7 @@ class Tool:
 
 
 @dataclass(frozen=True)
-class Conveyor:
+class ConveyorLayout:
     """The head of the belt; ``tallest_box`` is what the waiting arm leaves room for."""
 
     width: float = 0.70
@@ -86,7 +86,7 @@ class Layout:
     robot: str = 'ur20'
     rail: Rail = field(default_factory=Rail)
     tool: Tool = field(default_factory=Tool)
-    conveyor: Conveyor = field(default_factory=Conveyor)
+    conveyor: ConveyorLayout = field(default_factory=ConveyorLayout)
     stations: Stations = field(default_factory=Stations)
 
 

@@ -33,7 +33,7 @@ from arm_executor.motion.path import (
     within_limits,
 )
 from arm_executor.motion.planned import PlannedMotion
-from arm_executor.motion.template import Site, Stance, Style, Task, find_way, make_task, metres
+from arm_executor.motion.template import PathStyle, Site, Stance, Task, find_way, make_task, metres
 from arm_executor.motion.timing import Load, Timing
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode
@@ -54,7 +54,7 @@ _SIGMAS = 3.0
 _MAX_TIMED, _BUDGET_S = 2, 0.35
 #: A motion this quick is taken as it comes, seconds.
 _QUICK_S = 5.2
-_STYLES = (Style(0.30), Style(0.15), Style(0.06, lift=0.05, slant=False))
+_STYLES = (PathStyle(0.30), PathStyle(0.15), PathStyle(0.06, lift=0.05, slant=False))
 
 
 class FrontPlanner:

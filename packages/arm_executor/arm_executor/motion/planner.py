@@ -35,9 +35,9 @@ from arm_executor.motion.planned import PlannedMotion
 from arm_executor.motion.stances import find_stances
 from arm_executor.motion.swing import Obstacles
 from arm_executor.motion.template import (
+    PathStyle,
     Site,
     Stance,
-    Style,
     Task,
     find_way,
     hover_point,
@@ -56,8 +56,8 @@ Array = NDArray[np.float64]
 PATH_STEP, CHECK_PERIOD = 0.015, 0.015
 #: How a leg is drawn: boldly first, then otherwise where that collides; and what is left when no
 #: stance is free that way.
-_BOLD = (Style(0.30), Style(0.15), Style(0.12, slant=False))
-_LAST = (Style(0.06, lift=0.05, slant=False), Style(0.12, lift=0.30, slant=False))
+_BOLD = (PathStyle(0.30), PathStyle(0.15), PathStyle(0.12, slant=False))
+_LAST = (PathStyle(0.06, lift=0.05, slant=False), PathStyle(0.12, lift=0.30, slant=False))
 _MAX_TRIED, _MAX_TIMED, _BUDGET_S = 10, 4, 0.35
 #: A motion this quick is taken as it comes; a slower one is compared with one more; seconds.
 _QUICK_S = 4.5
@@ -208,7 +208,7 @@ class MotionPlanner:
 
     def _tries(
         self, task: Task, stances: list[Stance]
-    ) -> Iterator[tuple[Stance, tuple[Style, ...]]]:
+    ) -> Iterator[tuple[Stance, tuple[PathStyle, ...]]]:
         """Stances whose pick and place are free, the quickest first, and the styles to try."""
         able: list[Stance] = []
         for stance in stances:
@@ -240,7 +240,7 @@ class MotionPlanner:
         return next((hit for hit in hits if hit is not None), 'a joint limit')
 
     def _paths(
-        self, task: Task, stance: Stance, styles: Sequence[Style], start: _Start
+        self, task: Task, stance: Stance, styles: Sequence[PathStyle], start: _Start
     ) -> _Paths | str:
         """Free joint paths of a stance, or what is in the way of it."""
         at, tool, yaw, switch = start.q, start.tool[:3, 3], start.yaw, None
@@ -275,9 +275,9 @@ class MotionPlanner:
         self,
         task: Task,
         stance: Stance,
-        styles: Sequence[Style],
+        styles: Sequence[PathStyle],
         at: Array,
-        leg: Callable[[Style, Obstacles], list[Waypoint]],
+        leg: Callable[[PathStyle, Obstacles], list[Waypoint]],
         check: Callable[[JointPath], str | None],
     ) -> JointPath | str:
         """The boldest free path of one leg from ``at`` (7,), or what is in its way."""

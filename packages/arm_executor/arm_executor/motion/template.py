@@ -41,7 +41,7 @@ _PAD = Carried((0.065, 0.065), 0.0)
 
 
 @dataclass(frozen=True)
-class Standing:
+class StandingBox:
     """A box that stands in a bin: its extent in `cell`."""
 
     box_id: str
@@ -56,7 +56,7 @@ class Site:
     station: str
     spec: BinSpec
     frame: BinFrame
-    standing: Sequence[Standing]
+    boxes: Sequence[StandingBox]
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Style:
+class PathStyle:
     """How boldly a path is drawn.
 
     ``corner`` is the distance within which corners are rounded, ``lift`` raises the way across,
@@ -156,7 +156,7 @@ def make_task(request: PlaceRequest, site: Site, layout: Layout) -> Task:
     tops = [pose.position[2] + box.size_mm[2] / 2000 for box, pose in request.belt]
     floor = site.frame.origin[2]
     front = None
-    rim = max([floor, *(one.high[2] for one in site.standing)])
+    rim = max([floor, *(one.high[2] for one in site.boxes)])
     if site.spec.name in OPEN_FRONT:
         front = _front(site, layout)
         rim = floor
@@ -190,7 +190,7 @@ def _height_under(
     """Height of what is under a footprint."""
     (x, y), (ex, ey) = at, half
     under, what = site.frame.origin[2], f'the floor of bin {site.station}'
-    for one in site.standing:
+    for one in site.boxes:
         beside_x = one.low[0] >= x + ex or one.high[0] <= x - ex
         beside_y = one.low[1] >= y + ey or one.high[1] <= y - ey
         if not beside_x and not beside_y and one.high[2] > under:
@@ -214,12 +214,12 @@ class Way:
     place: Waypoint
     hover: Waypoint
 
-    def approach(self, style: Style, obstacles: Obstacles) -> list[Waypoint]:
+    def approach(self, style: PathStyle, obstacles: Obstacles) -> list[Waypoint]:
         """From the beginning to the box at the pick point, which stands there as well."""
         around = _with_box(obstacles, self.task.pick, self.task.size)
         return _leg(_straight(self.begin, self.grip), self.begin, self.grip, _PAD, style, around)
 
-    def carry(self, style: Style, obstacles: Obstacles) -> list[Waypoint]:
+    def carry(self, style: PathStyle, obstacles: Obstacles) -> list[Waypoint]:
         """With the box to its place."""
         (length, breadth, height), task = self.task.size, self.task
         box = Carried((length / 2, breadth / 2), height, task.pick_yaw - self.grip[4])
@@ -229,7 +229,7 @@ class Way:
             across = _through(task.front, self.grip, self.place, box, style)
         return _leg(across, self.grip, self.place, box, style, obstacles)
 
-    def retreat(self, style: Style, obstacles: Obstacles) -> list[Waypoint]:
+    def retreat(self, style: PathStyle, obstacles: Obstacles) -> list[Waypoint]:
         """From the box in its place to where the pad waits."""
         around = _with_box(obstacles, self.task.place, self.task.size)
         if self.task.front is None:
@@ -267,7 +267,7 @@ def find_way(
 
 
 def _leg(
-    across: Array, start: Waypoint, end: Waypoint, what: Carried, style: Style, over: Obstacles
+    across: Array, start: Waypoint, end: Waypoint, what: Carried, style: PathStyle, over: Obstacles
 ) -> list[Waypoint]:
     line = taut(across, (start[3], end[3]), what, over, style.corner)
     return [line[0], *(_raised(one, style.lift) for one in line[1:-1]), line[-1]]
@@ -280,7 +280,9 @@ def _straight(start: Waypoint, end: Waypoint) -> Array:
     return samples
 
 
-def _through(front: Front, outer: Waypoint, inner: Waypoint, what: Carried, style: Style) -> Array:
+def _through(
+    front: Front, outer: Waypoint, inner: Waypoint, what: Carried, style: PathStyle
+) -> Array:
     """Samples (n, 5) from outside through an open front to a place behind it; heights are 0.
 
     Round the edge of the side wall, past it, and in; turned before it goes in.

@@ -23,7 +23,7 @@ _WALL: Colour = (*WALL[:3], 0.25)
 
 
 @dataclass(frozen=True)
-class Held:
+class HeldBoxMarker:
     """A box in the gripper, and its centre in frame `tcp`."""
 
     box: Box
@@ -38,7 +38,7 @@ class Scene:
     tree: Sequence[Joint] = ()
     bins: BookState = field(default_factory=lambda: BookState(0))
     scan: Scan | None = None
-    held: Held | None = None
+    held: HeldBoxMarker | None = None
 
     def pick(self, box_id: str, positions: Sequence[float]) -> None:
         """The box called ``box_id`` is in the gripper of the arm at ``positions`` (7,)."""
@@ -46,7 +46,7 @@ class Scene:
         self.held = None
         if found is not None and self.tree and positions:
             turn = pad_turn(self.tree, positions)
-            self.held = Held(found.box, _on_pad(found.box, found.pose, turn))
+            self.held = HeldBoxMarker(found.box, _on_pad(found.box, found.pose, turn))
 
 
 def pad_turn(tree: Sequence[Joint], positions: Sequence[float]) -> Array:

@@ -7,7 +7,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from arm_executor.arms.true_boxes import TrueBox
 from arm_executor.bins.book import BookState
-from arm_executor.goals.admission import CELL_FRAME, Goal
+from arm_executor.goals.admission import CELL_FRAME, PlaceGoal
 from arm_executor.goals.outputs import Progress, Status
 from pack_msgs.action import PlaceBox
 from pack_msgs.msg import BoxScan
@@ -23,9 +23,9 @@ _LEVELS = {
 }
 
 
-def goal_from_ros(msg: PlaceBox.Goal, goal_id: bytes) -> Goal:
+def goal_from_ros(msg: PlaceBox.Goal, goal_id: bytes) -> PlaceGoal:
     """A goal of place_box as a value; ``ValueError`` says which field cannot be used."""
-    return Goal(
+    return PlaceGoal(
         decision=conversions.decision_from_ros(msg.placement),
         frame_id=msg.placement.header.frame_id,
         pick=conversions.pose_from_ros('pick_pose', msg.pick_pose.pose),
@@ -35,10 +35,10 @@ def goal_from_ros(msg: PlaceBox.Goal, goal_id: bytes) -> Goal:
     )
 
 
-def unusable_goal(msg: PlaceBox.Goal, goal_id: bytes) -> Goal:
+def unusable_goal(msg: PlaceBox.Goal, goal_id: bytes) -> PlaceGoal:
     """What can be named of a goal that cannot be used, for its report."""
     placement = msg.placement
-    return Goal(
+    return PlaceGoal(
         decision=Decision(
             Box(placement.box.id, (0.0, 0.0, 0.0)),
             placement.bin_id,
@@ -53,9 +53,9 @@ def unusable_goal(msg: PlaceBox.Goal, goal_id: bytes) -> Goal:
     )
 
 
-def candidate(decision: Decision, frame_id: str, pick: Pose) -> Goal:
+def candidate(decision: Decision, frame_id: str, pick: Pose) -> PlaceGoal:
     """A candidate of check_placements as a goal without deadline."""
-    return Goal(decision, frame_id, pick, CELL_FRAME, 0.0)
+    return PlaceGoal(decision, frame_id, pick, CELL_FRAME, 0.0)
 
 
 def true_boxes_from_ros(msg: BoxScan) -> list[TrueBox]:

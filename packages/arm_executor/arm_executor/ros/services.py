@@ -13,7 +13,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from arm_executor.bins.book import BinBook, BookError
 from arm_executor.bins.cut_off import CutOffs
-from arm_executor.goals.admission import Goal
+from arm_executor.goals.admission import PlaceGoal
 from arm_executor.goals.core import ExecutorCore
 from arm_executor.model.layout import Layout, pick_pose
 from arm_executor.ros.messages import candidate
@@ -56,13 +56,13 @@ class Services:
     async def _check(
         self, request: CheckPlacements.Request, response: CheckPlacements.Response
     ) -> CheckPlacements.Response:
-        asked: list[Goal | str] = [self._candidate(one) for one in request.candidates]
+        asked: list[PlaceGoal | str] = [self._candidate(one) for one in request.candidates]
         future = Future()
         enough_s = request.enough if math.isfinite(request.enough) else 0.0
-        self._core.check(future, [one for one in asked if isinstance(one, Goal)], enough_s)
+        self._core.check(future, [one for one in asked if isinstance(one, PlaceGoal)], enough_s)
         answers = iter(await future)
         for one in asked:
-            if isinstance(one, Goal):
+            if isinstance(one, PlaceGoal):
                 found = next(answers)
                 check = (int(found.code), found.message, found.motion_s)
             else:
@@ -72,7 +72,7 @@ class Services:
             )
         return response
 
-    def _candidate(self, msg: Any) -> Goal | str:  # noqa: ANN401 - pack_msgs/Placement
+    def _candidate(self, msg: Any) -> PlaceGoal | str:  # noqa: ANN401 - pack_msgs/Placement
         """A candidate as goal at the pick point, or what is wrong with it."""
         try:
             decision = conversions.decision_from_ros(msg)

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arm_executor.arms.physics.contacts import collision, touched_by
-from arm_executor.arms.physics.execution import Interrupted, Run
 from arm_executor.arms.physics.gripper import SLIP_DISTANCE, SuctionGripper
+from arm_executor.arms.physics.motion_run import Interrupted, MotionRun
 from arm_executor.arms.physics.world import STEP_S, PhysicsWorld
 from arm_executor.model.tree import CELL_JOINT_NAMES
 from arm_executor.motion.timing import Trajectory
@@ -78,7 +78,10 @@ class ArmDriver:
         return ''
 
     def follow(
-        self, timed: Trajectory, run: Run | None = None, phases: Sequence[tuple[float, Phase]] = ()
+        self,
+        timed: Trajectory,
+        run: MotionRun | None = None,
+        phases: Sequence[tuple[float, Phase]] = (),
     ) -> None:
         """Run a trajectory; each of ``phases`` begins at its time.
 
@@ -116,7 +119,7 @@ class ArmDriver:
             return False
         return True
 
-    def rest(self, run: Run, seconds: float) -> None:
+    def rest(self, run: MotionRun, seconds: float) -> None:
         """Stand still for ``seconds``; :class:`Interrupted` when a stop is asked for."""
         self.hold(seconds)
         run.tick(round(seconds / STEP_S))

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
 from arm_executor.arms.physics.world import PhysicsWorld
-from arm_executor.model.arm_interface import Ahead, MotionError
+from arm_executor.model.arm_interface import MotionError, MotionUnderWay
 from arm_executor.model.layout import BinFrame, Layout, bin_blocks, bin_frame, check_layout
 from arm_executor.model.pose_error import corner_distance, corners, folded, turn_between
 from arm_executor.motion.collision import PlanningWorld
-from arm_executor.motion.template import Site, Standing, metres
+from arm_executor.motion.template import Site, StandingBox, metres
 from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.values import Bin, BinSpec, Vec3
@@ -23,7 +24,7 @@ _SAME_PLACE, _SAME_TURN = 0.002, 0.01
 
 
 @dataclass
-class Stand:
+class StandingBin:
     """A station that holds a bin."""
 
     station: str
@@ -39,20 +40,25 @@ class Stand:
         return 0 < x < length and 0 < y < breadth and z > min(size) / 4
 
 
-class Stands:
-    """Keeps the two worlds in step with the bins; only what changed is touched."""
+class StandingBins:
+    """Keeps the two worlds in step with the bins; only what changed is touched.
+
+    ``lock`` is held by whoever changes the world for planning, or plans in it: one thread moves
+    the arm, another plans ahead.
+    """
 
     def __init__(self, layout: Layout, world: PhysicsWorld, planning: PlanningWorld) -> None:
         self._layout = layout
         self._world = world
         self._planning = planning
-        self._by_station: dict[str, Stand] = {}
+        self._by_station: dict[str, StandingBin] = {}
+        self.lock = threading.RLock()
 
-    def __iter__(self) -> Iterator[Stand]:
+    def __iter__(self) -> Iterator[StandingBin]:
         return iter(self._by_station.values())
 
-    def find(self, station: str) -> Stand | None:
-        """The stand at ``station``, if a bin is there."""
+    def find(self, station: str) -> StandingBin | None:
+        """The bin at ``station``, if one is there."""
         return self._by_station.get(station)
 
     def set_bins(self, bins: Sequence[Bin], poses: Mapping[str, Pose]) -> dict[str, Pose]:
@@ -65,72 +71,82 @@ class Stands:
         ValueError
             A box has no pose.
         """
-        check_layout(self._layout, {one.station: one.spec for one in bins})
-        missing = [p.box.id for one in bins for p in one.boxes if p.box.id not in poses]
+        wanted = {content.station: content for content in bins}
+        check_layout(self._layout, {station: new.spec for station, new in wanted.items()})
+        box_ids = [placed.box.id for content in bins for placed in content.boxes]
+        missing = [box_id for box_id in box_ids if box_id not in poses]
         if missing:
             msg = f'boxes {", ".join(missing)} have no pose; give one for every box in a bin'
             raise ValueError(msg)
-        wanted = {one.station: one for one in bins}
-        for stand in list(self):
-            new = wanted.get(stand.station)
-            if new is None or (new.id, new.spec) != (stand.bin_id, stand.spec):
-                self._remove(stand)
+        with self.lock:
+            return self._set_bins(wanted, poses)
+
+    def _set_bins(self, wanted: Mapping[str, Bin], poses: Mapping[str, Pose]) -> dict[str, Pose]:
+        for standing_bin in list(self):
+            new = wanted.get(standing_bin.station)
+            if new is None or (new.id, new.spec) != (standing_bin.bin_id, standing_bin.spec):
+                self._remove(standing_bin)
         changed = False
         for station, new in wanted.items():
             if station not in self._by_station:
                 self._add(station, new)
             changed |= self._fill(self._by_station[station], new, poses)
         if changed:
-            everywhere = [box_id for stand in self for box_id in stand.box_ids]
+            everywhere = [box_id for standing_bin in self for box_id in standing_bin.box_ids]
             self._world.settle(everywhere, SETTLE_TIMEOUT_S)
-            for stand in self:
-                self.show_planner(stand)
+            for standing_bin in self:
+                self.show_planner(standing_bin)
         return {
-            box_id: stand.frame.from_cell(self._world.pose(box_id))
-            for stand in self
-            for box_id in stand.box_ids
+            box_id: standing_bin.frame.from_cell(self._world.pose(box_id))
+            for standing_bin in self
+            for box_id in standing_bin.box_ids
         }
 
     def forget(self, box_id: str) -> None:
         """Take a box out of both worlds, wherever it is."""
-        for stand in self:
-            if box_id in stand.box_ids:
-                stand.box_ids.remove(box_id)
-        self._world.remove_box(box_id)
-        self._planning.remove(_obstacle(box_id))
+        with self.lock:
+            for standing_bin in self:
+                if box_id in standing_bin.box_ids:
+                    standing_bin.box_ids.remove(box_id)
+            self._world.remove_box(box_id)
+            self._planning.remove(_obstacle(box_id))
 
-    def show_planner(self, stand: Stand) -> None:
-        """Tell planning where the boxes of ``stand`` are now."""
-        for box_id in stand.box_ids:
-            size = self._world.boxes[box_id].size
-            self._planning.set_box(_obstacle(box_id), size, self._world.pose(box_id))
+    def show_planner(self, standing_bin: StandingBin) -> None:
+        """Tell planning where the boxes of ``standing_bin`` are now."""
+        with self.lock:
+            for box_id in standing_bin.box_ids:
+                size = self._world.boxes[box_id].size
+                self._planning.set_box(_obstacle(box_id), size, self._world.pose(box_id))
 
-    def site(self, stand: Stand) -> Site:
-        """``stand`` as the planner sees it."""
+    def site(self, standing_bin: StandingBin) -> Site:
+        """``standing_bin`` as the planner sees it."""
         world = self._world
-        standing = [_standing(one, world.pose(one), world.boxes[one].size) for one in stand.box_ids]
-        return Site(stand.station, stand.spec, stand.frame, standing)
+        boxes = [
+            _standing_box(box_id, world.pose(box_id), world.boxes[box_id].size)
+            for box_id in standing_bin.box_ids
+        ]
+        return Site(standing_bin.station, standing_bin.spec, standing_bin.frame, boxes)
 
     @contextmanager
-    def expecting(self, stand: Stand, ahead: Ahead) -> Iterator[Site]:
-        """``stand`` as it will be, and an obstacle where the other motion's box will rest.
+    def expecting(self, standing_bin: StandingBin, first: MotionUnderWay) -> Iterator[Site]:
+        """``standing_bin`` as it will be, and an obstacle where the box of ``first`` will rest.
 
         Raises
         ------
         MotionError
-            ``INVALID_GOAL`` when that motion's bin has gone.
+            ``INVALID_GOAL`` when the bin of ``first`` has gone.
         """
-        request = ahead.plan.request
+        request = first.plan.request
         other = self.find(request.station)
         if other is None:
             msg = f'the bin at station {request.station!r} has gone since that motion was planned'
             raise MotionError(ErrorCode.INVALID_GOAL, msg)
         box_id, size = request.box.id, metres(request.box.size_mm)
-        pose = other.frame.to_cell(ahead.rest)
-        site = self.site(stand)
-        if other is stand:
-            standing = [one for one in site.standing if one.box_id != box_id]
-            site = replace(site, standing=[*standing, _standing(box_id, pose, size)])
+        pose = other.frame.to_cell(first.rest)
+        site = self.site(standing_bin)
+        if other is standing_bin:
+            boxes = [box for box in site.boxes if box.box_id != box_id]
+            site = replace(site, boxes=[*boxes, _standing_box(box_id, pose, size)])
         name = f'expected box {box_id}'
         self._planning.set_box(name, size, pose)
         try:
@@ -144,29 +160,29 @@ class Stands:
         for block in blocks:
             self._planning.set_block(block)
         frame = bin_frame(self._layout, station, new.spec)
-        self._by_station[station] = Stand(station, new.id, new.spec, frame)
+        self._by_station[station] = StandingBin(station, new.id, new.spec, frame)
 
-    def _remove(self, stand: Stand) -> None:
-        for box_id in list(stand.box_ids):
+    def _remove(self, standing_bin: StandingBin) -> None:
+        for box_id in list(standing_bin.box_ids):
             self.forget(box_id)
-        self._world.remove_part(_part(stand.station))
-        for block in bin_blocks(self._layout, stand.station, stand.spec):
+        self._world.remove_part(_part(standing_bin.station))
+        for block in bin_blocks(self._layout, standing_bin.station, standing_bin.spec):
             self._planning.remove(block.name)
-        del self._by_station[stand.station]
+        del self._by_station[standing_bin.station]
 
-    def _fill(self, stand: Stand, new: Bin, poses: Mapping[str, Pose]) -> bool:
-        """Make ``stand`` hold exactly the boxes of ``new``; whether anything changed."""
-        wanted = {one.box.id: one.box for one in new.boxes}
-        gone = [box_id for box_id in stand.box_ids if box_id not in wanted]
+    def _fill(self, standing_bin: StandingBin, new: Bin, poses: Mapping[str, Pose]) -> bool:
+        """Make ``standing_bin`` hold exactly the boxes of ``new``; whether anything changed."""
+        wanted = {placed.box.id: placed.box for placed in new.boxes}
+        gone = [box_id for box_id in standing_bin.box_ids if box_id not in wanted]
         for box_id in gone:
             self.forget(box_id)
         changed = bool(gone)
         for box_id, box in wanted.items():
-            pose = stand.frame.to_cell(poses[box_id])
-            if box_id not in stand.box_ids:
+            pose = standing_bin.frame.to_cell(poses[box_id])
+            if box_id not in standing_bin.box_ids:
                 self.forget(box_id)
                 self._world.add_box(box, pose)
-                stand.box_ids.append(box_id)
+                standing_bin.box_ids.append(box_id)
             elif self._is_at(box_id, pose):
                 continue
             else:
@@ -181,10 +197,10 @@ class Stands:
         return away < _SAME_PLACE and turn_between(now, pose) < _SAME_TURN
 
 
-def _standing(box_id: str, pose: Pose, size: Vec3) -> Standing:
+def _standing_box(box_id: str, pose: Pose, size: Vec3) -> StandingBox:
     points = corners(pose, size)
     low, high = points.min(axis=0).tolist(), points.max(axis=0).tolist()
-    return Standing(box_id, tuple(low), tuple(high))
+    return StandingBox(box_id, tuple(low), tuple(high))
 
 
 def _part(station: str) -> str:
