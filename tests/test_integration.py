@@ -12,7 +12,7 @@ from node_group import NodeGroup
 from pack_msgs_py.codes import BoxEventKind
 
 PAGE = Path(__file__).resolve().parents[1] / 'docs' / 'integration.md'
-SCANNER, ARM = re.findall(r'^```python\n(.*?)^```', PAGE.read_text(), re.MULTILINE | re.DOTALL)
+SCANNER, ARM, EXECUTOR = re.findall(r'^```python\n(.*?)^```', PAGE.read_text(), re.MULTILINE | re.DOTALL)
 
 
 @pytest.fixture
@@ -35,8 +35,19 @@ def test_a_scanner_of_ones_own_feeds_the_cell(group: NodeGroup) -> None:
     assert group.record.unaccounted() == []
 
 
-def test_an_arm_of_ones_own_packs_boxes(group: NodeGroup) -> None:
-    group.run('my_arm', ARM)
+def test_an_arm_of_ones_own_packs_boxes(group: NodeGroup, tmp_path: Path) -> None:
+    (tmp_path / 'mine.py').write_text(ARM)
+    arm = f'{tmp_path}/mine.py:MY_ARM'
+    group.start('arm_executor', arm=arm, speed=0.0, orientations='upright')
+    group.start('planner', orientations='upright')
+    group.start('conveyor', count=8, speed=0.0)
+    group.wait_until(lambda record: record.complete() and record.all_reported(), 60)
+    assert placed(group) == 8, group.text()
+    assert group.record.unaccounted() == []
+
+
+def test_an_executor_of_ones_own_packs_boxes(group: NodeGroup) -> None:
+    group.run('my_executor', EXECUTOR)
     group.start('planner', orientations='upright')
     group.start('conveyor', count=8, speed=0.0)
     group.wait_until(lambda record: record.complete() and record.all_reported(), 60)

@@ -1,7 +1,7 @@
 """What the executor asks of an arm, whichever way the arm does it.
 
 An arm fulfils the protocol :class:`Arm` and is told of by an
-:class:`arm_executor.arms.kind.ArmKind`; docs/integration.md, "Your own arm", has one of 40 lines.
+:class:`arm_executor.arms.kind.ArmKind`; docs/integration.md, "Your own arm", has a whole one.
 Two are here: :class:`arm_executor.arms.physics.arm.PhysicsArm` moves a robot model in PyBullet,
 :class:`arm_executor.arms.timed.TimedArm` only spends the predicted time, for soaks and studies.
 """
