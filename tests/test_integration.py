@@ -12,7 +12,9 @@ from node_group import NodeGroup
 from pack_msgs_py.codes import BoxEventKind
 
 PAGE = Path(__file__).resolve().parents[1] / 'docs' / 'integration.md'
-SCANNER, ARM, EXECUTOR = re.findall(r'^```python\n(.*?)^```', PAGE.read_text(), re.MULTILINE | re.DOTALL)
+SCANNER, ARM, EXECUTOR = re.findall(
+    r'^```python\n(.*?)^```', PAGE.read_text(), re.MULTILINE | re.DOTALL
+)
 
 
 @pytest.fixture
