@@ -34,8 +34,9 @@ from arm_executor.motion.stances import GRIP_S, RELEASE_S
 from arm_executor.reach.layout_file import load_layout
 from conveyor_sim.streams import load_boxes
 from pack_cell.options.run_options import GRASP_FACES
-from pack_msgs_py.cell_values import Decision, Pose
+from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.codes import ErrorCode, Phase
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.metrics import quantile
 from pack_msgs_py.profiles import find_profile
 from pack_msgs_py.values import Bin, Box, parse_bin

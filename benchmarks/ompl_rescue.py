@@ -40,10 +40,11 @@ from arm_executor.motion.path import (
 )
 from arm_executor.motion.planner import _BOLD, PATH_STEP, _Paths
 from arm_executor.motion.stances import find_stances
-from arm_executor.motion.template import find_way, make_task, metres
+from arm_executor.motion.template import find_way, make_task
 from arm_executor.motion.timing import Load
 from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.geometry.pose import metres
 
 #: Weights of a waypoint's coordinates as metres, and the least and most of each.
 _SCALE = np.array([1.0, 1.0, 1.0, 1.0, 0.3])

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from arm_executor.arms.registry import ARMS_IN_WORDS, DEFAULT_ARM
 from arm_executor.model.robot_data import ROBOTS
+from pack_msgs_py.geometry.tolerance import Tolerance
 from pack_msgs_py.orientation import ORIENTATION_RULES
 from pack_msgs_py.parameter_fields import parameter
 from pack_msgs_py.profiles import PROFILES, Profile
@@ -110,14 +111,6 @@ class ExecutorParameters:
 
 
 @dataclass(frozen=True)
-class Tolerance:
-    """How far a box may rest from where it should be, and another may move."""
-
-    position_m: float
-    angle_rad: float
-
-
-@dataclass(frozen=True)
 class ExecutorSettings:
     """How the core works; see :class:`ExecutorParameters` for what each value means."""
 
@@ -154,7 +147,9 @@ def settings_from(
     return ExecutorSettings(
         profile=profile,
         tolerance=Tolerance(
-            parameters.tolerance_mm / 1e3, math.radians(parameters.angle_tolerance_deg)
+            position_m=parameters.tolerance_mm / 1e3,
+            angle_rad=math.radians(parameters.angle_tolerance_deg),
+            others_m=parameters.tolerance_mm / 1e3,
         ),
         present_timeout_s=parameters.present_timeout_s,
         enforce_deadline=parameters.enforce_deadline,

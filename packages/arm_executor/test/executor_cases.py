@@ -6,7 +6,8 @@ from dataclasses import replace
 
 from arm_executor.goals.admission import PlaceGoal
 from arm_executor.model.layout import Layout, pick_pose
-from pack_msgs_py.cell_values import Decision, Pose, Scan, ScannedBox
+from pack_msgs_py.cell_values import Decision, Scan, ScannedBox
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.orientation import QUATERNIONS, oriented_size
 from pack_msgs_py.profiles import PROFILES, planned_size
 from pack_msgs_py.values import Box, parse_bin

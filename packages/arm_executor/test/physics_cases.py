@@ -9,7 +9,7 @@ import numpy as np
 
 from arm_executor.model.arm_interface import MotionHooks, PlaceRequest
 from arm_executor.model.layout import pick_pose
-from pack_msgs_py.cell_values import Pose
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin
 
 LDC = parse_bin('LDC')

@@ -21,10 +21,9 @@ from physics_cases import (
 from arm_executor.arms.physics.arm import PhysicsArm
 from arm_executor.arms.true_boxes import TrueBox, Truth
 from arm_executor.model.layout import pick_pose
-from arm_executor.model.pose_error import corner_distance
 from arm_executor.motion.timing import MotionLimits
-from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.geometry.pose import Pose, corner_distance
 from pack_msgs_py.values import Bin, parse_bin
 
 

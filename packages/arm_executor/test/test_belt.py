@@ -8,8 +8,9 @@ import time
 import pytest
 
 from arm_executor.goals.belt_view import BeltClock, BeltView
-from pack_msgs_py.cell_values import Pose, Scan, ScannedBox
+from pack_msgs_py.cell_values import Scan, ScannedBox
 from pack_msgs_py.codes import Phase
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Box
 
 BOX = Box('a', (300.0, 200.0, 100.0))

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from arm_executor.bins.book import BinBook, BookError
 from arm_executor.bins.journal import Journal
 from arm_executor.bins.records import configuration
-from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import BoxEventKind, Reason
+from pack_msgs_py.geometry.pose import Pose
 
 CONFIG = configuration(LDC, CELL)
 

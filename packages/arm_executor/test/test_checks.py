@@ -12,8 +12,8 @@ from test_core import make_bench
 from arm_executor.arms.timed import TimedArm
 from arm_executor.goals.outputs import Finished, Progress, Replied
 from arm_executor.model.arm_interface import MotionError
-from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode, Phase
+from pack_msgs_py.geometry.pose import Pose
 
 __all__ = ['make_bench']
 

@@ -21,8 +21,8 @@ from arm_executor.arms.physics.arm import PhysicsArm
 from arm_executor.goals.outputs import Finished, Progress, Replied
 from arm_executor.model.layout import bin_frame
 from arm_executor.motion.template import hover_point
-from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode, Mode, Phase
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Box
 
 BOX = make_box()

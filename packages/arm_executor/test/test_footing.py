@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from arm_executor.goals.footing import footing_errors, measured_footprint
+from arm_executor.goals.footing import footing_errors
+from pack_msgs_py.geometry.footprint import measured_footprint
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.rules import violations
 from pack_msgs_py.values import Box, PlacedBox, parse_bin

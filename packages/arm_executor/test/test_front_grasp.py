@@ -14,11 +14,18 @@ pytest.importorskip('toppra')
 from arm_executor.arms.physics.arm import PhysicsArm
 from arm_executor.model.arm_interface import MotionError, MotionHooks, PlaceRequest
 from arm_executor.model.layout import Layout, Tool, pick_pose
-from arm_executor.model.pose_error import corner_distance, corners, rotation, turn_between
 from arm_executor.model.suction import Pad, PadLoad, overload, pad_on, tool_acceleration_limit
-from arm_executor.motion.grasp import front_point, stands_upright, turned_down
-from pack_msgs_py.cell_values import Pose
+from arm_executor.motion.grasp import front_point, turned_down
 from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.geometry.pose import (
+    Pose,
+    corner_distance,
+    corners,
+    metres,
+    rotated,
+    stands_upright,
+    turn_between,
+)
 from pack_msgs_py.orientation import ORIENTATIONS, QUATERNIONS, oriented_size
 from pack_msgs_py.values import UP_NEG_Y, UP_POS_Z, Bin, Box, parse_bin
 
@@ -47,8 +54,8 @@ def test_a_box_turned_down_fills_the_same_space_as_the_target(orientation):
     asked = request(orientation)
     taken = turned_down(asked)
     assert stands_upright(taken.target.quaternion)
-    want = corners(asked.target, np.array(asked.box.size_mm) / 1000)
-    have = corners(taken.target, np.array(taken.box.size_mm) / 1000)
+    want = np.array(corners(asked.target, metres(asked.box.size_mm)))
+    have = np.array(corners(taken.target, metres(taken.box.size_mm)))
     assert {tuple(row) for row in want.round(6)} == {tuple(row) for row in have.round(6)}
 
 
@@ -56,8 +63,8 @@ def test_a_box_turned_down_fills_the_same_space_as_the_target(orientation):
 def test_the_centre_of_mass_goes_along(orientation):
     asked = request(orientation, Box('box', SIZE, 3.0, com_offset_mm=(10.0, 20.0, 30.0)))
     taken = turned_down(asked)
-    want = rotation(asked.target.quaternion) @ asked.box.com_offset_mm
-    assert rotation(taken.target.quaternion) @ taken.box.com_offset_mm == pytest.approx(want)
+    want = rotated(asked.target.quaternion, asked.box.com_offset_mm)
+    assert rotated(taken.target.quaternion, taken.box.com_offset_mm) == pytest.approx(want)
 
 
 @pytest.mark.parametrize('orientation', [one for one in ORIENTATIONS if one[2] == 'x'])
@@ -84,7 +91,7 @@ def test_a_box_whose_front_may_come_up_is_taken():
 
 def test_the_front_of_a_box_that_lies_askew_is_found():
     asked = request('xzy', yaw=0.015)
-    points = corners(asked.pick, np.array(asked.box.size_mm) / 1000)
+    points = np.array(corners(asked.pick, np.array(asked.box.size_mm) / 1000))
     front = points[np.argsort(points[:, 1])[:4]].mean(axis=0)
     assert front_point(asked) == pytest.approx(front, abs=1e-9)
 
@@ -130,5 +137,5 @@ def test_the_box_rests_with_its_front_up(arm, orientation):
     size = tuple(edge / 1000 for edge in box.size_mm)
     assert corner_distance(result.measured, asked.target, size) < 0.001
     assert turn_between(result.measured, asked.target) < math.radians(0.5)
-    front = rotation(result.measured.quaternion) @ (0.0, -1.0, 0.0)
+    front = rotated(result.measured.quaternion, (0.0, -1.0, 0.0))
     assert front == pytest.approx((0.0, 0.0, 1.0), abs=0.01)

@@ -16,8 +16,8 @@ from executor_cases import CELL, LDC, make_box, make_decision
 from arm_executor.bins.book import BinBook
 from arm_executor.bins.journal import Journal, JournalError
 from arm_executor.bins.records import configuration, placed_from_json, placed_of, placed_to_json
-from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import BoxEventKind, Reason
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Box, parse_bin
 

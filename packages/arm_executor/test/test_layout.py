@@ -22,7 +22,7 @@ from arm_executor.model.layout import (
 from arm_executor.model.robot_data import ROBOTS
 from arm_executor.reach.layout_file import find_layout, load_layout
 from arm_executor.reach.reach import check_reach, reached
-from pack_msgs_py.cell_values import Pose
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import BIN_TYPES, parse_bin
 
 CONFIG = Path(__file__).parents[1] / 'config' / 'layout.yaml'

@@ -18,7 +18,7 @@ from arm_executor.model.robot_data import find_robot
 from arm_executor.model.urdf import cell_urdf
 from arm_executor.motion.collision import ARM_MARGIN, BOX_SKIN, WIDE_MARGIN, PlanningWorld
 from arm_executor.motion.path import JointPath
-from pack_msgs_py.cell_values import Pose
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import parse_bin
 
 ARM, LAYOUT = find_robot('ur20'), Layout()

@@ -27,9 +27,8 @@ from physics_cases import (
 from arm_executor.arms.physics.arm import PhysicsArm
 from arm_executor.model.arm_interface import MotionError
 from arm_executor.model.layout import LayoutError
-from arm_executor.model.pose_error import corner_distance, turn_between
-from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode, Phase
+from pack_msgs_py.geometry.pose import Pose, corner_distance, turn_between
 from pack_msgs_py.values import Bin, parse_bin
 
 # -- planning -------------------------------------------------------------------------------------

@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from arm_executor.goals.admission import rotation_matrix
 from arm_executor.model.kinematics import BRANCHES, CellKinematics, forward, inverse
 from arm_executor.model.layout import Layout, Rail
 from arm_executor.model.robot_data import ROBOTS, find_robot
 from arm_executor.model.tree import CELL_JOINT_NAMES, LINKS, cell_joints
 from arm_executor.model.urdf import cell_urdf
+from pack_msgs_py.geometry.pose import rotation_matrix
 
 ANGLES = st.lists(st.floats(-3.1, 3.1), min_size=6, max_size=6)
 

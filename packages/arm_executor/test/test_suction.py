@@ -28,8 +28,8 @@ from arm_executor.model.suction import (
     pad_on,
     tool_acceleration_limit,
 )
-from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Bin, Box, parse_bin
 
 SIZE_MM = (400.0, 300.0, 250.0)

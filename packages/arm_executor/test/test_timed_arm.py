@@ -10,8 +10,8 @@ from executor_cases import LAYOUT, LDC, make_box, make_decision, pick_of
 
 from arm_executor.arms.timed import FAULT_SHIFT_M, TimedArm
 from arm_executor.model.arm_interface import MotionError, MotionHooks, PlaceRequest
-from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode, Phase
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Bin, parse_bin
 
 

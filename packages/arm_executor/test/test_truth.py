@@ -14,8 +14,8 @@ from arm_executor.arms.true_boxes import TrueBox, Truth, mismatch
 from arm_executor.bins.records import placed_of
 from arm_executor.goals.admission import commanded_pose_errors
 from arm_executor.model.arm_interface import MotionHooks, PlaceRequest
-from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Bin
 

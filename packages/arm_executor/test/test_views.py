@@ -19,13 +19,12 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
-from arm_executor.goals.admission import rotation_matrix
 from arm_executor.model.kinematics import CellKinematics
 from arm_executor.model.layout import Layout, bin_frame
 from arm_executor.model.robot_data import ROBOTS
 from arm_executor.ros.node import ArmExecutor
-from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.geometry.pose import Pose, rotation_matrix
 from pack_msgs_py.ros import qos
 from pack_msgs_py.values import parse_bin
 

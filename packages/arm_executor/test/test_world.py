@@ -12,9 +12,8 @@ import pybullet
 
 from arm_executor.arms.physics.world import STEP_S, PhysicsWorld
 from arm_executor.model.layout import Block, Layout
-from arm_executor.model.pose_error import turn_between
 from arm_executor.model.robot_data import find_robot
-from pack_msgs_py.cell_values import Pose
+from pack_msgs_py.geometry.pose import Pose, turn_between
 from pack_msgs_py.values import Box
 
 #: A table of 40 x 40 cm, its top 1 m high, away from the arm.

@@ -8,8 +8,9 @@ from pack_cell.report.accounts import Ledger, accounts, disagreements, read_ledg
 from pack_cell.report.record import RunRecord
 from pack_cell.running.memory import MemoryWatch, resident_mb
 from pack_cell.running.run import is_clean
-from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Pose, Scan, ScannedBox
+from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Scan, ScannedBox
 from pack_msgs_py.codes import BoxEventKind, Reason
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin
 
 BOX = Box('a', (300.0, 200.0, 100.0), 2.0)

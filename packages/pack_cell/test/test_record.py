@@ -7,8 +7,16 @@ from pack_cell.options.run_options import parse_run_options
 from pack_cell.report.archive import Archive
 from pack_cell.report.record import KEPT_BINS, RunRecord
 from pack_cell.report.summary import execution_profile, placement_rows, summarize
-from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Pose, Report, Scan, ScannedBox
+from pack_msgs_py.cell_values import (
+    BinSnapshot,
+    BoxEvent,
+    Decision,
+    Report,
+    Scan,
+    ScannedBox,
+)
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Reason
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin
 
 BOX = Box('a', (596.0, 396.0, 200.0), 5.0)

@@ -9,17 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, PlacementStatus, Reason
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Bin, Box, Int3, Vec3
-
-Quaternion = tuple[float, float, float, float]
-
-
-@dataclass(frozen=True)
-class Pose:
-    """Position in metres and orientation as unit quaternion (x, y, z, w)."""
-
-    position: Vec3 = (0.0, 0.0, 0.0)
-    quaternion: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from pack_msgs_py.cell_values import Pose, Quaternion
+from pack_msgs_py.geometry.pose import Pose, Quaternion
 from pack_msgs_py.values import Int3, Vec3
 
 

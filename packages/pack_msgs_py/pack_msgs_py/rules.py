@@ -10,7 +10,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from pack_msgs_py.geometry2d import Rect, hull_distance, overlap
+from pack_msgs_py.geometry.footprint import planned_footprint
+from pack_msgs_py.geometry.polygon import Rect, hull_distance, overlap
 from pack_msgs_py.orientation import ORIENTATIONS, orientation_allowed
 from pack_msgs_py.profiles import Profile, planned_size
 from pack_msgs_py.values import BinSpec, Box, PlacedBox
@@ -49,12 +50,6 @@ class Violation:
         return f'box {self.box_id!r} breaks {self.rule.value}: {self.message}'
 
 
-def footprint(placed: PlacedBox) -> Rect:
-    """Planned footprint as (x0, y0, x1, y1), millimetres."""
-    (x, y, _), (dx, dy, _) = placed.corner_mm, placed.size_mm
-    return (x, y, x + dx, y + dy)
-
-
 def supporters(placed: PlacedBox, others: Sequence[PlacedBox], tolerance: int) -> list[PlacedBox]:
     """Boxes that share area with the base and whose tops lie at most ``tolerance`` mm under it."""
     base = placed.corner_mm[2]
@@ -62,7 +57,7 @@ def supporters(placed: PlacedBox, others: Sequence[PlacedBox], tolerance: int) -
         other
         for other in others
         if 0 <= base - other.top_mm <= tolerance
-        and overlap(footprint(placed), footprint(other)) is not None
+        and overlap(planned_footprint(placed), planned_footprint(other)) is not None
     ]
 
 
@@ -76,10 +71,10 @@ def supported_vertices(
     """
     if placed.corner_mm[2] == 0:
         return (True, True, True, True)
-    x0, y0, x1, y1 = footprint(placed)
+    x0, y0, x1, y1 = planned_footprint(placed)
     step_x = min(profile.resolution_mm, x1 - x0)
     step_y = min(profile.resolution_mm, y1 - y0)
-    tops = [footprint(b) for b in supporters(placed, others, profile.support_tolerance_mm)]
+    tops = [planned_footprint(b) for b in supporters(placed, others, profile.support_tolerance_mm)]
 
     def rests(cx: float, cy: float) -> bool:
         return any(
@@ -98,9 +93,9 @@ def supported_vertices(
 def contact_rects(placed: PlacedBox, others: Sequence[PlacedBox], tolerance: int) -> list[Rect]:
     """Rectangles where the base rests, bin frame; the whole footprint on the floor."""
     if placed.corner_mm[2] == 0:
-        return [footprint(placed)]
+        return [planned_footprint(placed)]
     shared = (
-        overlap(footprint(placed), footprint(other))
+        overlap(planned_footprint(placed), planned_footprint(other))
         for other in supporters(placed, others, tolerance)
     )
     return [rect for rect in shared if rect is not None]
@@ -118,7 +113,7 @@ def top_loads(boxes: Sequence[PlacedBox], tolerance: int) -> dict[str, float]:
         below = supporters(placed, boxes, tolerance)
         areas = []
         for other in below:
-            rect = overlap(footprint(placed), footprint(other))
+            rect = overlap(planned_footprint(placed), planned_footprint(other))
             assert rect is not None
             areas.append((rect[2] - rect[0]) * (rect[3] - rect[1]))
         for other, area in zip(below, areas, strict=True):
@@ -199,7 +194,7 @@ def _geometry(
         )
     base, top = placed.corner_mm[2], placed.top_mm
     for other in others:
-        if overlap(footprint(placed), footprint(other)) is None:
+        if overlap(planned_footprint(placed), planned_footprint(other)) is None:
             continue
         if other.top_mm > base and other.corner_mm[2] < top:
             yield Violation(
@@ -252,7 +247,7 @@ def _support(
 
 def centre_of_mass(placed: PlacedBox) -> tuple[float, float]:
     """Centre of mass over the footprint, bin frame, millimetres."""
-    x0, y0, x1, y1 = footprint(placed)
+    x0, y0, x1, y1 = planned_footprint(placed)
     axes = ['xyz'.index(axis) for axis in placed.orientation]
     offset = placed.box.com_offset_mm
     return ((x0 + x1) / 2 + offset[axes[0]], (y0 + y1) / 2 + offset[axes[1]])

@@ -20,11 +20,11 @@ from pack_msgs_py.cell_values import (
     BinSnapshot,
     BoxEvent,
     Decision,
-    Pose,
     Report,
     Scan,
     ScannedBox,
 )
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.ros import conversions as conv
 from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin
 

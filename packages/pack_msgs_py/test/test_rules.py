@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pack_msgs_py.geometry2d import hull_distance
+from pack_msgs_py.geometry.polygon import hull_distance
 from pack_msgs_py.profiles import PROFILES, Profile, find_profile, planned_size
 from pack_msgs_py.rules import GRAVITY, Rule, top_loads, violations
 from pack_msgs_py.validator import validate_bins, validate_sequence

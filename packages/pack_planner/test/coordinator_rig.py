@@ -6,8 +6,16 @@ from dataclasses import replace
 
 from planner_cases import SMALL
 
-from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Pose, Report, Scan, ScannedBox
+from pack_msgs_py.cell_values import (
+    BinSnapshot,
+    BoxEvent,
+    Decision,
+    Report,
+    Scan,
+    ScannedBox,
+)
 from pack_msgs_py.codes import ErrorCode, Mode
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Bin, Box
 from pack_planner.coordination.alternatives import Planned
 from pack_planner.coordination.coordinator import Coordinator

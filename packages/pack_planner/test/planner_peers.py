@@ -23,9 +23,10 @@ from pack_msgs.msg import (
     PlacementReport,
 )
 from pack_msgs.srv import CheckPlacements, SwapBin
-from pack_msgs_py.cell_values import BinSnapshot, Pose, Report, Scan, ScannedBox
+from pack_msgs_py.cell_values import BinSnapshot, Report, Scan, ScannedBox
 from pack_msgs_py.cell_values import BoxEvent as Event
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.ros import qos
 from pack_msgs_py.ros.conversions import (
     bins_to_ros,

@@ -8,6 +8,7 @@ import pytest
 from planner_cases import SMALL
 
 from pack_msgs_py.codes import PlacementStatus, Reason
+from pack_msgs_py.geometry.resting import rest_height_mm
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Bin, Box, PlacedBox
 from pack_planner.decision.planner import (
@@ -20,7 +21,6 @@ from pack_planner.decision.planner import (
     WaitStep,
     expected_bins,
     refreshed_target,
-    rest_height_mm,
 )
 from pack_planner.decision.refusals import Forbidden
 from pack_planner.decision.weights import WeightTable

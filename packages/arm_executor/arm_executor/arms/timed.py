@@ -23,9 +23,8 @@ from arm_executor.model.arm_interface import (
     PlaceRequest,
 )
 from arm_executor.model.layout import Layout, bin_frame
-from arm_executor.motion.grasp import stands_upright
-from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode, Phase
+from pack_msgs_py.geometry.pose import Pose, stands_upright
 from pack_msgs_py.values import Bin
 
 #: Speed and acceleration of the tool centre point, assumed. Together with the rail of the layout

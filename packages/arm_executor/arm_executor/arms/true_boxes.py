@@ -14,8 +14,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from arm_executor.model.arm_interface import PlaceRequest
-from pack_msgs_py.cell_values import Pose, Quaternion
-from pack_msgs_py.values import Box, Vec3
+from pack_msgs_py.geometry.pose import Pose, conjugate, quaternion_product, rotated
+from pack_msgs_py.values import Box
 
 FILE_NAME = 'true_boxes.json'
 
@@ -130,29 +130,9 @@ def true_rest(request: PlaceRequest, true: TrueBox) -> Pose:
     The pad took the box beside its true centre and turned as it lay; its base is where it should
     be, since the arm moves the base that it saw on the belt.
     """
-    turn = _product(request.target.quaternion, _conjugate(request.pick.quaternion))
+    turn = quaternion_product(request.target.quaternion, conjugate(request.pick.quaternion))
     aside = tuple(a - b for a, b in zip(true.pose.position, request.pick.position, strict=True))
-    x, y, _ = _rotated(turn, (aside[0], aside[1], 0.0))
+    x, y, _ = rotated(turn, (aside[0], aside[1], 0.0))
     tx, ty, tz = request.target.position
     higher = (true.box.size_mm[2] - request.box.size_mm[2]) / 2e3
-    return Pose((tx + x, ty + y, tz + higher), _product(turn, true.pose.quaternion))
-
-
-def _conjugate(q: Quaternion) -> Quaternion:
-    return (-q[0], -q[1], -q[2], q[3])
-
-
-def _product(p: Quaternion, q: Quaternion) -> Quaternion:
-    """Rotation ``q`` and then ``p``."""
-    (a, b, c, d), (x, y, z, w) = p, q
-    return (
-        d * x + a * w + b * z - c * y,
-        d * y - a * z + b * w + c * x,
-        d * z + a * y - b * x + c * w,
-        d * w - a * x - b * y - c * z,
-    )
-
-
-def _rotated(q: Quaternion, v: Vec3) -> Vec3:
-    x, y, z, _ = _product(_product(q, (*v, 0.0)), _conjugate(q))
-    return (x, y, z)
+    return Pose((tx + x, ty + y, tz + higher), quaternion_product(turn, true.pose.quaternion))

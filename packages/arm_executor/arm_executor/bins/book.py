@@ -11,9 +11,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from arm_executor.bins.journal import Journal
-from arm_executor.bins.records import Attempt, Step, placed_of, with_measured
-from pack_msgs_py.cell_values import BoxEvent, Decision, Pose
+from arm_executor.bins.records import Attempt, Step, placed_of
+from pack_msgs_py.cell_values import BoxEvent, Decision
 from pack_msgs_py.codes import BoxEventKind, Reason
+from pack_msgs_py.geometry.pose import Pose
+from pack_msgs_py.geometry.resting import with_measured
 from pack_msgs_py.values import Bin, BinSpec, PlacedBox
 
 STATIONS = ('A', 'B', 'C')

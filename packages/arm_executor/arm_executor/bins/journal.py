@@ -24,8 +24,9 @@ from arm_executor.bins.records import (
     pose_from_json,
     pose_to_json,
 )
-from pack_msgs_py.cell_values import BoxEvent, Pose
+from pack_msgs_py.cell_values import BoxEvent
 from pack_msgs_py.codes import BoxEventKind, Reason
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Bin, BinSpec
 
 FILE_NAME = 'executor.sqlite'

@@ -7,7 +7,9 @@ from dataclasses import asdict, dataclass, replace
 from enum import Enum
 from typing import Any
 
-from pack_msgs_py.cell_values import Decision, Pose
+from pack_msgs_py.cell_values import Decision
+from pack_msgs_py.geometry.pose import Pose
+from pack_msgs_py.geometry.resting import with_measured
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.values import BinSpec, Box, PlacedBox
 
@@ -61,12 +63,6 @@ class Attempt:
         if self.measured is None:
             return self.placed
         return with_measured(self.placed, self.measured)
-
-
-def with_measured(placed: PlacedBox, pose: Pose) -> PlacedBox:
-    """``placed`` with the centre of ``pose`` (bin frame, metres) as its measured centre."""
-    x, y, z = (round(1e3 * value, 6) for value in pose.position)
-    return replace(placed, measured_mm=(x, y, z))
 
 
 def placed_of(decision: Decision) -> PlacedBox:

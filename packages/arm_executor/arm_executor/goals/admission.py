@@ -11,10 +11,12 @@ from dataclasses import dataclass
 
 from arm_executor.bins.book import BookState
 from arm_executor.bins.records import placed_of
-from arm_executor.goals.footing import footing_errors, measured_top_mm
-from pack_msgs_py.cell_values import Decision, Pose, Quaternion, Scan, ScannedBox
+from arm_executor.goals.footing import footing_errors
+from pack_msgs_py.cell_values import Decision, Scan, ScannedBox
 from pack_msgs_py.checks import InvalidValue, check_finite, check_frame, check_pose
 from pack_msgs_py.codes import ErrorCode, Mode, PlacementStatus
+from pack_msgs_py.geometry.pose import Pose, Quaternion, rotation_matrix
+from pack_msgs_py.geometry.resting import measured_top_mm
 from pack_msgs_py.orientation import ORIENTATIONS, oriented_size
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.rules import supporters, violations
@@ -260,14 +262,4 @@ def orientation_error(quaternion: Quaternion, orientation: str) -> float:
     return max(
         math.acos(min(1.0, abs(matrix[row]['xyz'.index(axis)])))
         for row, axis in enumerate(orientation)
-    )
-
-
-def rotation_matrix(quaternion: Quaternion) -> tuple[Vec3, Vec3, Vec3]:
-    """Rows of the rotation matrix of the unit quaternion (x, y, z, w)."""
-    x, y, z, w = quaternion
-    return (
-        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
-        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
-        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
     )

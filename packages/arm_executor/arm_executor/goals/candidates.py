@@ -15,12 +15,12 @@ from dataclasses import dataclass, replace
 from arm_executor.bins.book import BookState
 from arm_executor.bins.records import placed_of
 from arm_executor.goals.admission import AdmissionState, PlaceGoal, admit
-from arm_executor.goals.judging import resting_pose
 from arm_executor.goals.outputs import Checked, Output, Replied, Said, Ticket
 from arm_executor.goals.placing import Placing, Tools
 from arm_executor.goals.plan_cache import request_of
 from arm_executor.model.arm_interface import MotionError, MotionUnderWay
 from pack_msgs_py.codes import ErrorCode, Mode
+from pack_msgs_py.geometry.resting import resting_pose, with_poses
 
 #: More candidates of one request than this are answered with BUSY, since infeasible ones are slow.
 MAX_CANDIDATES = 8
@@ -58,7 +58,7 @@ def foresee(view: CandidateView, placing: Placing | None, *, under_way: bool) ->
     if not under_way:
         return view
     placed = placed_of(decision)
-    rest = resting_pose(placed, decision.target, target.boxes, poses)
+    rest = resting_pose(placed, decision.target, with_poses(target.boxes, poses))
     expected = replace(target, boxes=(*target.boxes, placed), revision=target.revision + 1)
     bins = BookState(
         now.revision + 1,

@@ -10,8 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pack_msgs_py.geometry2d import Rect, hull_distance, overlap
-from pack_msgs_py.orientation import oriented_size
+from pack_msgs_py.geometry.footprint import measured_footprint
+from pack_msgs_py.geometry.polygon import hull_distance, overlap
+from pack_msgs_py.geometry.resting import measured_top_mm
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.rules import centre_of_mass, supporters
 from pack_msgs_py.values import PlacedBox
@@ -20,26 +21,6 @@ from pack_msgs_py.values import PlacedBox
 LEAST_MARGIN_MM = 4.0
 #: Tops this far below the highest one carry nothing, mm: a box that leans so far is 1 degree off.
 LEVEL_MM = 4.0
-
-
-def measured_footprint(placed: PlacedBox) -> Rect:
-    """What a box covers by its scanned size, where it was measured or is to stand, mm."""
-    length, breadth, _ = oriented_size(placed.box.size_mm, placed.orientation)
-    (x, y, _), (dx, dy, _) = placed.corner_mm, placed.size_mm
-    centre = placed.measured_mm or (x + dx / 2, y + dy / 2, 0.0)
-    return (
-        centre[0] - length / 2,
-        centre[1] - breadth / 2,
-        centre[0] + length / 2,
-        centre[1] + breadth / 2,
-    )
-
-
-def measured_top_mm(placed: PlacedBox) -> float:
-    """How high the top of a box is where it was measured, else where it was planned."""
-    if placed.measured_mm is None:
-        return float(placed.top_mm)
-    return placed.measured_mm[2] + oriented_size(placed.box.size_mm, placed.orientation)[2] / 2
 
 
 def footing_errors(placed: PlacedBox, others: Sequence[PlacedBox], profile: Profile) -> list[str]:

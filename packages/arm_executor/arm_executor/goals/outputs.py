@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 from arm_executor.bins.book import BookState
-from pack_msgs_py.cell_values import BoxEvent, Pose, Report
+from pack_msgs_py.cell_values import BoxEvent, Report
 from pack_msgs_py.codes import ErrorCode, Mode, Phase
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Bin
 
 #: What a request is told apart by; only the one who asked understands it.

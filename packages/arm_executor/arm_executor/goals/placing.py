@@ -11,13 +11,15 @@ from arm_executor.bins.book import BinBook
 from arm_executor.bins.records import Step, placed_of
 from arm_executor.goals.admission import PlaceGoal, find_scanned
 from arm_executor.goals.belt_view import BeltClock, BeltView
-from arm_executor.goals.judging import angle_between, corner_distance, judge, resting_pose
+from arm_executor.goals.judging import judge
 from arm_executor.goals.outputs import BinsChanged, Happened, Output, Progress, Said
 from arm_executor.goals.plan_cache import PlanCache, request_of
 from arm_executor.model.arm_interface import Arm, MotionError, MotionHooks, MotionPlan, MotionResult
 from arm_executor.parameters import ExecutorSettings
-from pack_msgs_py.cell_values import Pose, Report
+from pack_msgs_py.cell_values import Report
 from pack_msgs_py.codes import ErrorCode, Phase, Reason
+from pack_msgs_py.geometry.pose import Pose, corner_distance, metres, turn_between
+from pack_msgs_py.geometry.resting import resting_pose, with_poses
 from pack_msgs_py.values import Bin
 
 #: A box that the belt holds this far from where the goal says cannot be grasped by its plan.
@@ -159,7 +161,7 @@ class Placing:
             raise MotionError(ErrorCode.BOX_NOT_PRESENTED, msg)
         if elapsed_s is not None:
             self._wait_s = max(0.0, found.travel_time_s - elapsed_s)
-        distance = corner_distance(found.box.size_mm, found.pose, pick)
+        distance = corner_distance(found.pose, pick, metres(found.box.size_mm))
         if distance > PICK_TOLERANCE_M:
             msg = (
                 f'box {box_id!r} is held at {_text(found.pose)} m, {1e3 * distance:.1f} mm away '
@@ -248,8 +250,8 @@ class Placing:
         target = self._bin(tools)
         if result.measured is None:
             result = self._measure(tools, result)
-        poses = tools.book.state.poses
-        expected = resting_pose(placed, decision.target, target.boxes, poses)
+        standing = with_poses(target.boxes, tools.book.state.poses)
+        expected = resting_pose(placed, decision.target, standing)
         slack_s = self._budget_s - self._planning_s - result.motion_s
         code, text = judge(result, placed, expected, tools.settings.tolerance, slack_s=slack_s)
         known = {one.box.id for one in target.boxes}
@@ -300,8 +302,10 @@ class Placing:
             return report
         return replace(
             report,
-            position_error_m=corner_distance(decision.box.size_mm, decision.target, measured),
-            angle_error_rad=angle_between(decision.target, measured),
+            position_error_m=corner_distance(
+                decision.target, measured, metres(decision.box.size_mm)
+            ),
+            angle_error_rad=turn_between(decision.target, measured),
         )
 
 

@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from arm_executor.goals.admission import PlaceGoal, find_scanned
-from arm_executor.goals.judging import angle_between
 from arm_executor.model.arm_interface import (
     Arm,
     MotionError,
@@ -16,7 +15,8 @@ from arm_executor.model.arm_interface import (
     MotionUnderWay,
     PlaceRequest,
 )
-from pack_msgs_py.cell_values import Pose, Scan
+from pack_msgs_py.cell_values import Scan
+from pack_msgs_py.geometry.pose import Pose, turn_between
 from pack_msgs_py.values import Box
 
 #: How far the target may be from where a plan took it to be: the arm lets go half a millimetre
@@ -170,11 +170,11 @@ def _stays(was: Pose, now: Pose) -> bool:
     aside = math.dist(was.position[:2], now.position[:2])
     up = abs(was.position[2] - now.position[2])
     return was is now or (
-        aside <= DRIFT_M and up <= DRIFT_UP_M and angle_between(was, now) <= DRIFT_RAD
+        aside <= DRIFT_M and up <= DRIFT_UP_M and turn_between(was, now) <= DRIFT_RAD
     )
 
 
 def _near(one: Pose, other: Pose, metres: float) -> bool:
     return one is other or (
-        math.dist(one.position, other.position) <= metres and angle_between(one, other) <= DRIFT_RAD
+        math.dist(one.position, other.position) <= metres and turn_between(one, other) <= DRIFT_RAD
     )

@@ -18,14 +18,13 @@ import pybullet
 
 from arm_executor.model.layout import Block
 from arm_executor.model.tree import CELL_JOINT_NAMES
-from pack_msgs_py.cell_values import Pose, Quaternion
+from pack_msgs_py.geometry.pose import NO_TURN, Pose
 from pack_msgs_py.values import Vec3
 
 _ROOT = (
     '<link name="cell"><inertial><mass value="1"/>'
     '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>'
 )
-NO_TURN: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 
 def connect() -> int:

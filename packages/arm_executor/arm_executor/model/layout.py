@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 
 from arm_executor.model.robot_data import find_robot
-from pack_msgs_py.cell_values import Pose
+from pack_msgs_py.geometry.pose import Pose, about_z, quaternion_product
 from pack_msgs_py.values import BinSpec, Vec3
 
 STATIONS = ('A', 'B', 'C')
@@ -168,15 +168,7 @@ class BinFrame:
             origin[1] + sine * x + cosine * y,
             origin[2] + z,
         )
-        half_sine, half_cosine = math.sin(yaw / 2), math.cos(yaw / 2)
-        qx, qy, qz, qw = pose.quaternion
-        quaternion = (
-            half_cosine * qx - half_sine * qy,
-            half_cosine * qy + half_sine * qx,
-            half_cosine * qz + half_sine * qw,
-            half_cosine * qw - half_sine * qz,
-        )
-        return Pose(position, quaternion)
+        return Pose(position, quaternion_product(about_z(yaw), pose.quaternion))
 
 
 def bin_frame(layout: Layout, station: str, spec: BinSpec) -> BinFrame:

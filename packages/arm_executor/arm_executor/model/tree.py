@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from arm_executor.model.layout import Layout
 from arm_executor.model.robot_data import JOINT_NAMES, RobotModel
-from pack_msgs_py.cell_values import Pose
+from pack_msgs_py.geometry.pose import Pose, about_z, quaternion_product
 from pack_msgs_py.values import Vec3
 
 ROOT = 'cell'
@@ -42,15 +42,9 @@ class Joint:
         if self.index == 0:
             x, y, z = self.xyz
             return Pose((x + q[0], y, z))
-        half_roll, half = self.roll / 2, 0.0 if self.index is None else q[self.index] / 2
-        (sr, cr), (sz, cz) = (
-            (math.sin(half_roll), math.cos(half_roll)),
-            (
-                math.sin(half),
-                math.cos(half),
-            ),
-        )
-        return Pose(self.xyz, (sr * cz, -sr * sz, cr * sz, cr * cz))
+        half_roll, turn = self.roll / 2, 0.0 if self.index is None else q[self.index]
+        about_x = (math.sin(half_roll), 0.0, 0.0, math.cos(half_roll))
+        return Pose(self.xyz, quaternion_product(about_x, about_z(turn)))
 
 
 def cell_joints(robot: RobotModel, layout: Layout) -> tuple[Joint, ...]:

@@ -15,12 +15,11 @@ from numpy.typing import NDArray
 
 from arm_executor.model import bullet
 from arm_executor.model.layout import Block, Layout
-from arm_executor.model.pose_error import corners
 from arm_executor.model.robot_data import RobotModel
 from arm_executor.model.urdf import cell_urdf
 from arm_executor.motion.path import JointPath
 from arm_executor.motion.swing import Obstacles
-from pack_msgs_py.cell_values import Pose
+from pack_msgs_py.geometry.pose import Pose, extent
 from pack_msgs_py.values import Vec3
 
 Array = NDArray[np.float64]
@@ -64,7 +63,7 @@ class PlanningWorld:
                     pybullet.setCollisionFilterPair(
                         self._robot, self._robot, one, other, 0, physicsClientId=self._client
                     )
-        self._bodies: dict[str, tuple[int, object, tuple[Array, Array]]] = {}
+        self._bodies: dict[str, tuple[int, object, tuple[Vec3, Vec3]]] = {}
         self._names: dict[int, str] = {self._robot: 'arm'}
         self._held: dict[str, int] = {}
         self.held_size: Vec3 = (0.0, 0.0, 0.0)
@@ -80,8 +79,7 @@ class PlanningWorld:
                 return
             self.remove(name)
         body = bullet.add_box(self._client, size, pose)
-        points = corners(pose, size)
-        self._bodies[name] = (body, (size, pose), (points.min(axis=0), points.max(axis=0)))
+        self._bodies[name] = (body, (size, pose), extent(pose, size))
         self._names[body] = name
 
     def obstacles(self, without: Collection[str] = ()) -> Obstacles:

@@ -23,7 +23,7 @@ from arm_executor.model.suction import check_grip
 from arm_executor.motion.blend import blended
 from arm_executor.motion.collision import BOX_SKIN, PlanningWorld
 from arm_executor.motion.front_stances import QUARTER, FrontStance, find_front_stances, unwind
-from arm_executor.motion.grasp import front_point, turned_down, yaw_of
+from arm_executor.motion.grasp import front_point, turned_down
 from arm_executor.motion.path import (
     JointPath,
     joint_path,
@@ -33,10 +33,10 @@ from arm_executor.motion.path import (
     within_limits,
 )
 from arm_executor.motion.planned import PlannedMotion
-from arm_executor.motion.template import PathStyle, Site, Stance, Task, find_way, make_task, metres
+from arm_executor.motion.template import PathStyle, Site, Stance, Task, find_way, make_task
 from arm_executor.motion.timing import Load, Timing
-from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.geometry.pose import Pose, metres, yaw_of
 from pack_msgs_py.values import Vec3
 
 Array = NDArray[np.float64]
@@ -99,7 +99,7 @@ class FrontPlanner:
             symmetric=False,
             place=(x, y, z + fall),
             turn=place_yaw,
-            pick_yaw=yaw_of(request.pick),
+            pick_yaw=yaw_of(request.pick.quaternion),
         )
         pick = front_point(request)
         options = find_front_stances(self._kinematics, self._timing, task, pick, q)

@@ -10,8 +10,15 @@ import math
 from dataclasses import replace
 
 from arm_executor.model.arm_interface import MotionError, PlaceRequest
-from pack_msgs_py.cell_values import Pose, Quaternion
 from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.geometry.pose import (
+    STRAIGHT,
+    Pose,
+    Quaternion,
+    quaternion_product,
+    stands_upright,
+    yaw_of,
+)
 from pack_msgs_py.orientation import front_refusal
 from pack_msgs_py.values import Vec3
 
@@ -19,13 +26,6 @@ from pack_msgs_py.values import Vec3
 _H = math.sqrt(0.5)
 _FRONT_UP: Quaternion = (-_H, 0.0, 0.0, _H)
 _BACK: Quaternion = (_H, 0.0, 0.0, _H)
-#: A box lies straight on the belt, or stands straight in its bin, up to this (as a sine).
-_STRAIGHT = 0.01
-
-
-def stands_upright(quaternion: Quaternion) -> bool:
-    """Whether the box's own z points up."""
-    return math.hypot(quaternion[0], quaternion[1]) <= _STRAIGHT
 
 
 def turned_down(request: PlaceRequest) -> PlaceRequest:
@@ -40,7 +40,7 @@ def turned_down(request: PlaceRequest) -> PlaceRequest:
         taken.
     """
     box, target = request.box, request.target
-    turned = _product(target.quaternion, _BACK)
+    turned = quaternion_product(target.quaternion, _BACK)
     if not stands_upright(turned):
         text = ', '.join(f'{one:.3f}' for one in target.quaternion)
         msg = (
@@ -72,18 +72,12 @@ def as_taken(request: PlaceRequest) -> PlaceRequest:
 def front_point(request: PlaceRequest) -> Vec3:
     """Middle of the front of the box at the pick point."""
     x, y, z = request.pick.position
-    half, yaw = request.box.size_mm[1] / 2000, yaw_of(request.pick)
+    half, yaw = request.box.size_mm[1] / 2000, yaw_of(request.pick.quaternion)
     return (x + half * math.sin(yaw), y - half * math.cos(yaw), z)
 
 
-def yaw_of(pose: Pose) -> float:
-    """Turn about the vertical, -pi to pi, of a pose that is turned no other way."""
-    _, _, z, w = pose.quaternion
-    return 2 * math.atan2(z, w)
-
-
 def _lies_straight(pick: Pose) -> bool:
-    return math.hypot(*pick.quaternion[:3]) <= _STRAIGHT
+    return math.hypot(*pick.quaternion[:3]) <= STRAIGHT
 
 
 def _turned(size: Vec3) -> Vec3:
@@ -92,14 +86,3 @@ def _turned(size: Vec3) -> Vec3:
 
 def _offset(offset: Vec3) -> Vec3:
     return (offset[0], offset[2], -offset[1])
-
-
-def _product(one: Quaternion, other: Quaternion) -> Quaternion:
-    ax, ay, az, aw = one
-    bx, by, bz, bw = other
-    return (
-        aw * bx + ax * bw + ay * bz - az * by,
-        aw * by - ax * bz + ay * bw + az * bx,
-        aw * bz + ax * by - ay * bx + az * bw,
-        aw * bw - ax * bx - ay * by - az * bz,
-    )

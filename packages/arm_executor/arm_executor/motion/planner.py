@@ -21,7 +21,6 @@ from arm_executor.model.layout import Layout
 from arm_executor.model.robot_data import RobotModel
 from arm_executor.motion.collision import BOX_SKIN, PlanningWorld
 from arm_executor.motion.front import FrontPlanner
-from arm_executor.motion.grasp import stands_upright
 from arm_executor.motion.path import (
     JointPath,
     Waypoint,
@@ -42,12 +41,11 @@ from arm_executor.motion.template import (
     find_way,
     hover_point,
     make_task,
-    metres,
     nearest,
 )
 from arm_executor.motion.timing import Load, MotionLimits, Timing, Trajectory, joined
-from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.geometry.pose import Pose, metres, stands_upright
 from pack_msgs_py.values import Vec3
 
 Array = NDArray[np.float64]

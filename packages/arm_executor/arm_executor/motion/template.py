@@ -17,8 +17,8 @@ from arm_executor.model.arm_interface import MotionError, PlaceRequest
 from arm_executor.model.layout import NO_WALLS, OPEN_FRONT, BinFrame, Layout, bin_blocks
 from arm_executor.motion.path import Waypoint, waypoint
 from arm_executor.motion.swing import CLEAR, Carried, Obstacles, taut
-from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.geometry.pose import Pose, metres, stands_upright, yaw_of
 from pack_msgs_py.values import BinSpec, Vec3
 
 Array = NDArray[np.float64]
@@ -363,26 +363,20 @@ def nearest(angle: float, wanted: float, period: float) -> float:
     return angle + period * round((wanted - angle) / period)
 
 
-def metres(values_mm: Vec3) -> Vec3:
-    """Millimetres to metres."""
-    x, y, z = values_mm
-    return (x / 1000, y / 1000, z / 1000)
-
-
 def _top(pose: Pose, size: Vec3) -> Vec3:
     x, y, z = pose.position
     return (x, y, z + size[2] / 2)
 
 
 def _upright_yaw(pose: Pose, box_id: str, what: str) -> float:
-    x, y, z, w = pose.quaternion
-    if math.hypot(x, y) > 0.01:
+    if not stands_upright(pose.quaternion):
+        x, y, z, w = pose.quaternion
         msg = (
             f'box {box_id}: the {what} quaternion ({x:.3f}, {y:.3f}, {z:.3f}, {w:.3f}) tips the '
             'box over; taken from above it can only turn about the vertical'
         )
         raise MotionError(ErrorCode.NO_IK_SOLUTION, msg)
-    return 2 * math.atan2(z, w)
+    return yaw_of(pose.quaternion)
 
 
 def _half_extent(size: Vec3, yaw: float) -> tuple[float, float]:

@@ -17,7 +17,7 @@ from arm_executor.model.kinematics import BRANCHES, HOME_POSTURE, CellKinematics
 from arm_executor.model.layout import Layout, LayoutError, bin_frame, lifting_limit, pick_pose
 from arm_executor.model.robot_data import find_robot
 from arm_executor.motion.template import hover_point
-from pack_msgs_py.cell_values import Pose
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import BinSpec, Box, Vec3
 
 Array = NDArray[np.float64]

@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 from visualization_msgs.msg import Marker, MarkerArray
 
 from arm_executor.bins.book import BookState
-from arm_executor.goals.admission import find_scanned, rotation_matrix
+from arm_executor.goals.admission import find_scanned
 from arm_executor.model.colours import BELT, PALLET, STEEL, WALL, Colour, carton
 from arm_executor.model.layout import Block, Layout, bin_blocks, conveyor_block, rail_block
 from arm_executor.model.tree import ROOT, Joint
-from pack_msgs_py.cell_values import Pose, Quaternion, Scan
+from pack_msgs_py.cell_values import Scan
+from pack_msgs_py.geometry.pose import Pose, Quaternion, rotation_matrix
 from pack_msgs_py.values import Box, Vec3, frame_name
 
 Array = NDArray[np.float64]

@@ -11,8 +11,9 @@ from arm_executor.goals.admission import CELL_FRAME, PlaceGoal
 from arm_executor.goals.outputs import Progress, Status
 from pack_msgs.action import PlaceBox
 from pack_msgs.msg import BoxScan
-from pack_msgs_py.cell_values import Decision, Pose
+from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.codes import Mode
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.ros import conversions
 from pack_msgs_py.values import Box
 

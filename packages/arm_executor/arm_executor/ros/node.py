@@ -115,8 +115,7 @@ class ArmExecutor(Node):
         setup = ArmSetup(
             layout=self._layout,
             speed=parameters.speed,
-            tolerance_mm=parameters.tolerance_mm,
-            angle_tolerance_deg=parameters.angle_tolerance_deg,
+            tolerance=settings.tolerance,
             truth=self._truth,
         )
         self._core = ExecutorCore(

@@ -27,8 +27,9 @@ from arm_executor.model.robot_data import find_robot
 from arm_executor.model.tree import ROOT, Joint, cell_joints
 from arm_executor.model.urdf import cell_urdf
 from arm_executor.ros.markers import Scene, markers
-from pack_msgs_py.cell_values import BoxEvent, Pose, Scan
+from pack_msgs_py.cell_values import BoxEvent, Scan
 from pack_msgs_py.codes import BoxEventKind
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.ros import qos
 from pack_msgs_py.values import BinSpec, frame_name
 

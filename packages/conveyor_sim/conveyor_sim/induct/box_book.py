@@ -10,8 +10,9 @@ from conveyor_sim.ledger.ledger import INSERTED_FROM, BoxRecord, Ledger, LedgerE
 from conveyor_sim.scanning.faults import MAX_SCANS, Fault, joint
 from conveyor_sim.scanning.inspection import Gate
 from conveyor_sim.streams.stream import Stream
-from pack_msgs_py.cell_values import BoxEvent, Pose
+from pack_msgs_py.cell_values import BoxEvent
 from pack_msgs_py.codes import BoxEventKind, Reason
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Box
 
 

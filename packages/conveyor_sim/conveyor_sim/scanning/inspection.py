@@ -7,12 +7,10 @@ what is said of it (:meth:`Gate.seen`), and how it lies (:meth:`Gate.true_pose`)
 
 from __future__ import annotations
 
-import math
-
 from conveyor_sim.belt.loop import loop_pose
 from conveyor_sim.scanning.faults import Fault, FaultPlan
 from conveyor_sim.scanning.scanner import Scanner
-from pack_msgs_py.cell_values import Pose
+from pack_msgs_py.geometry.pose import Pose, about_z
 from pack_msgs_py.values import Box
 
 #: The checkweigher of the induct stops what is heavier, whatever arm stands behind it, kg.
@@ -64,5 +62,4 @@ class Gate:
         x, y, z = loop_pose(0.0, length_m, body.size_mm).position
         if self.fault(ordinal, scans) is Fault.EMPTY_PICK:
             x += self._faults.slip_m(ordinal)
-        half = self._scanner.yaw_rad(ordinal, scans) / 2
-        return Pose((x, y, z), (0.0, 0.0, math.sin(half), math.cos(half)))
+        return Pose((x, y, z), about_z(self._scanner.yaw_rad(ordinal, scans)))

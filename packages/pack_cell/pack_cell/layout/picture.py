@@ -17,7 +17,7 @@ from arm_executor.model.layout import (
     rail_block,
 )
 from arm_executor.model.robot_data import find_robot
-from pack_msgs_py.cell_values import Pose
+from pack_msgs_py.geometry.pose import Pose
 
 if TYPE_CHECKING:
     from arm_executor.reach.reach_motion import StationReach

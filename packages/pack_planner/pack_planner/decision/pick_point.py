@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pack_msgs_py.cell_values import Pose
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Box
 
 #: Frame `cell`, metres: front face of a box at the pick point, and top of the belt.

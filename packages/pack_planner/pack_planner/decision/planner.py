@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from pack_msgs_py.cell_values import Decision, Pose
+from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.codes import PlacementStatus, Reason
-from pack_msgs_py.orientation import QUATERNIONS, oriented_size
+from pack_msgs_py.geometry.pose import Pose, metres
+from pack_msgs_py.geometry.resting import resting_pose
+from pack_msgs_py.orientation import QUATERNIONS
 from pack_msgs_py.rules import may_enter
-from pack_msgs_py.values import Bin, Box, PlacedBox, Vec3
+from pack_msgs_py.values import Bin, Box, PlacedBox
 from pack_planner.algorithms.base import Memory
 from pack_planner.algorithms.warm_up import warm_up
 from pack_planner.decision.bin_closing import next_destination
@@ -27,7 +29,6 @@ __all__ = [
     'WaitStep',
     'expected_bins',
     'refreshed_target',
-    'rest_height_mm',
     'target_pose',
 ]  # fmt: skip
 
@@ -201,51 +202,8 @@ def target_pose(placed: PlacedBox, target: Bin) -> Pose:
     rest, which lies below the planned height as far as sizes were rounded up under it.
     """
     (x, y, _), (dx, dy, _) = placed.corner_mm, placed.size_mm
-    height = oriented_size(placed.box.size_mm, placed.orientation)[2]
-    z = rest_height_mm(placed, target.boxes) + height / 2
-    return Pose(
-        ((x + dx / 2) / 1000, (y + dy / 2) / 1000, z / 1000), QUATERNIONS[placed.orientation]
-    )
-
-
-def rest_height_mm(placed: PlacedBox, others: tuple[PlacedBox, ...]) -> float:
-    """Height above the floor at which the base of ``placed`` comes to rest, millimetres.
-
-    The highest top, as measured or else as planned, among the boxes that lie under it both by plan
-    and with their true sizes where they were measured.
-    """
-    if placed.corner_mm[2] == 0:
-        return 0.0
-    tops = [
-        _top_mm(other)
-        for other in others
-        if other.top_mm <= placed.corner_mm[2]
-        and all(
-            other.corner_mm[axis] < placed.far_mm[axis]
-            and placed.corner_mm[axis] < other.far_mm[axis]
-            and _true_overlap(placed, other, axis)
-            for axis in (0, 1)
-        )
-    ]
-    return max(tops, default=float(placed.corner_mm[2]))
-
-
-def _centre_mm(placed: PlacedBox) -> Vec3:
-    if placed.measured_mm is not None:
-        return placed.measured_mm
-    (x, y, z), (dx, dy, dz) = placed.corner_mm, placed.size_mm
-    return (x + dx / 2, y + dy / 2, z + dz / 2)
-
-
-def _true_overlap(one: PlacedBox, other: PlacedBox, axis: int) -> bool:
-    reach = sum(oriented_size(p.box.size_mm, p.orientation)[axis] for p in (one, other)) / 2
-    return abs(_centre_mm(one)[axis] - _centre_mm(other)[axis]) < reach
-
-
-def _top_mm(other: PlacedBox) -> float:
-    if other.measured_mm is None:
-        return float(other.top_mm)
-    return other.measured_mm[2] + oriented_size(other.box.size_mm, other.orientation)[2] / 2
+    centre = metres((x + dx / 2, y + dy / 2, 0.0))
+    return resting_pose(placed, Pose(centre, QUATERNIONS[placed.orientation]), target.boxes)
 
 
 def expected_bins(bins: tuple[Bin, ...], decision: Decision) -> tuple[Bin, ...]:

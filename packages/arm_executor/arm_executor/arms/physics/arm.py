@@ -8,7 +8,6 @@ here they are tied together to an :class:`arm_executor.model.arm_interface.Arm`.
 
 from __future__ import annotations
 
-import math
 import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -20,7 +19,6 @@ from arm_executor.arms.physics.gripper import SuctionGripper
 from arm_executor.arms.physics.planning import PhysicsPlanning
 from arm_executor.arms.physics.render import Camera, save_picture
 from arm_executor.arms.physics.standing_bins import StandingBins
-from arm_executor.arms.physics.tolerances import Tolerances
 from arm_executor.arms.physics.world import STEP_S, PhysicsWorld
 from arm_executor.arms.true_boxes import Truth
 from arm_executor.model.arm_interface import (
@@ -36,7 +34,8 @@ from arm_executor.model.tree import CELL_JOINT_NAMES
 from arm_executor.motion.collision import PlanningWorld
 from arm_executor.motion.planner import MotionPlanner
 from arm_executor.motion.timing import MotionLimits
-from pack_msgs_py.cell_values import Pose
+from pack_msgs_py.geometry.pose import Pose
+from pack_msgs_py.geometry.tolerance import Tolerance
 from pack_msgs_py.values import Bin, BinSpec, Box
 
 
@@ -48,7 +47,7 @@ class PhysicsArm:
     layout : which robot it is, and where everything stands.
     speed : robot seconds per wall-clock second; 0 as fast as possible.
     bin_spec : kind of bin that every station is checked for; ``None`` to check when bins come.
-    tolerance_mm, angle_tolerance_deg, others_tolerance_mm : what counts as placed.
+    tolerance : what counts as placed.
     limits : assumed limits of motion.
     truth : what the boxes really are; without it they are as scanned.
 
@@ -73,9 +72,7 @@ class PhysicsArm:
         layout: Layout | None = None,
         speed: float = 0.0,
         bin_spec: BinSpec | None = None,
-        tolerance_mm: float = 5.0,
-        angle_tolerance_deg: float = 1.0,
-        others_tolerance_mm: float = 5.0,
+        tolerance: Tolerance | None = None,
         limits: MotionLimits | None = None,
         truth: Truth | None = None,
     ) -> None:
@@ -101,9 +98,7 @@ class PhysicsArm:
             self.driver,
             self.bins,
             self.planning,
-            Tolerances(
-                tolerance_mm / 1000, math.radians(angle_tolerance_deg), others_tolerance_mm / 1000
-            ),
+            tolerance or Tolerance(),
             self._truth,
         )
 

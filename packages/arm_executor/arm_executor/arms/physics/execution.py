@@ -18,20 +18,18 @@ from arm_executor.arms.physics.gripper import SuctionGripper
 from arm_executor.arms.physics.motion_run import Interrupted, MotionRun
 from arm_executor.arms.physics.planning import PhysicsPlanning
 from arm_executor.arms.physics.standing_bins import SETTLE_TIMEOUT_S, StandingBin, StandingBins
-from arm_executor.arms.physics.tolerances import Tolerances
 from arm_executor.arms.physics.world import STEP_S, PhysicsWorld
 from arm_executor.arms.true_boxes import Truth, mismatch
 from arm_executor.model.arm_interface import MotionHooks, MotionPlan, MotionResult
-from arm_executor.model.pose_error import corner_distance, folded, turn_between
 from arm_executor.motion.grasp import as_taken
 from arm_executor.motion.path import JointPath
 from arm_executor.motion.planned import PlannedMotion
 from arm_executor.motion.stances import GRIP_S, RELEASE_S
-from arm_executor.motion.template import metres
 from arm_executor.motion.timing import Load
 from arm_executor.motion.way_back import Leg, reversed_path, ways_out
-from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode, Phase
+from pack_msgs_py.geometry.pose import Pose, corner_distance, folded, metres
+from pack_msgs_py.geometry.tolerance import Tolerance
 from pack_msgs_py.values import Box
 
 #: A box brought back to the belt is there when it stands this near to where it was, metres.
@@ -62,7 +60,7 @@ class PhysicsExecution:
     world, gripper, driver : what moves.
     bins : what stands in the cell.
     planning : times the ways back.
-    tolerances : what counts as placed.
+    tolerance : what counts as placed.
     truth : what the boxes really are.
     """
 
@@ -73,7 +71,7 @@ class PhysicsExecution:
         driver: ArmDriver,
         bins: StandingBins,
         planning: PhysicsPlanning,
-        tolerances: Tolerances,
+        tolerance: Tolerance,
         truth: Truth,
     ) -> None:
         self._world = world
@@ -81,7 +79,7 @@ class PhysicsExecution:
         self._driver = driver
         self._bins = bins
         self._planning = planning
-        self._tolerances = tolerances
+        self._tolerance = tolerance
         self._truth = truth
         self._presented: str | None = None
         self._held: HeldBox | None = None
@@ -233,9 +231,11 @@ class PhysicsExecution:
             return run.result(ErrorCode.BOX_LOST, msg, None, others, moved_m)
         measured = folded(measured, request.target)
         others, moved_m = self._others(target, before)
-        error = corner_distance(measured, request.target, size)
-        angle = turn_between(measured, request.target)
-        code, text = self._tolerances.judged(request, error, angle, moved_m)
+        code = ErrorCode.NONE
+        if text := self._tolerance.out_of_place(box_id, size, request.target, measured):
+            code = ErrorCode.PLACED_OUT_OF_TOLERANCE
+        elif text := self._tolerance.others_disturbed(box_id, moved_m):
+            code = ErrorCode.OTHERS_DISTURBED
         return run.result(code, text, measured, others, moved_m)
 
     def _others(

@@ -16,7 +16,7 @@ import pybullet
 from arm_executor.arms.physics.world import PhysicsWorld
 from arm_executor.model.layout import Tool
 from arm_executor.model.suction import Pad, PadLoad, overload, pad_on
-from pack_msgs_py.cell_values import Pose
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Vec3
 
 #: The bellows give way, and reach out, by this much until their lip seals, metres.

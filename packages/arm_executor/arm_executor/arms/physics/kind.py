@@ -14,9 +14,7 @@ def _make(setup: ArmSetup) -> Arm:
     return PhysicsArm(
         layout=setup.layout,
         speed=setup.speed,
-        tolerance_mm=setup.tolerance_mm,
-        angle_tolerance_deg=setup.angle_tolerance_deg,
-        others_tolerance_mm=setup.tolerance_mm,
+        tolerance=setup.tolerance,
         truth=setup.truth,
     )
 

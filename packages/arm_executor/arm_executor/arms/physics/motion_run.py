@@ -7,8 +7,8 @@ from collections.abc import Mapping
 
 from arm_executor.arms.physics.world import STEP_S
 from arm_executor.model.arm_interface import MotionHooks, MotionPlan, MotionResult
-from pack_msgs_py.cell_values import Pose
 from pack_msgs_py.codes import ErrorCode, Phase
+from pack_msgs_py.geometry.pose import Pose
 
 #: Progress is reported this often, in steps of physics.
 _REPORT_EVERY = 24

@@ -10,11 +10,10 @@ from dataclasses import dataclass, field, replace
 from arm_executor.arms.physics.world import PhysicsWorld
 from arm_executor.model.arm_interface import MotionError, MotionUnderWay
 from arm_executor.model.layout import BinFrame, Layout, bin_blocks, bin_frame, check_layout
-from arm_executor.model.pose_error import corner_distance, corners, folded, turn_between
 from arm_executor.motion.collision import PlanningWorld
-from arm_executor.motion.template import Site, StandingBox, metres
-from pack_msgs_py.cell_values import Pose
+from arm_executor.motion.template import Site, StandingBox
 from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.geometry.pose import Pose, corner_distance, extent, folded, metres, turn_between
 from pack_msgs_py.values import Bin, BinSpec, Vec3
 
 #: Longest robot time that boxes get to come to rest, seconds.
@@ -198,9 +197,7 @@ class StandingBins:
 
 
 def _standing_box(box_id: str, pose: Pose, size: Vec3) -> StandingBox:
-    points = corners(pose, size)
-    low, high = points.min(axis=0).tolist(), points.max(axis=0).tolist()
-    return StandingBox(box_id, tuple(low), tuple(high))
+    return StandingBox(box_id, *extent(pose, size))
 
 
 def _part(station: str) -> str:

@@ -19,7 +19,7 @@ from arm_executor.model import bullet, colours
 from arm_executor.model.layout import Block, Layout, conveyor_block, rail_block
 from arm_executor.model.robot_data import RobotModel
 from arm_executor.model.urdf import cell_urdf
-from pack_msgs_py.cell_values import Pose
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Box, Vec3
 
 Array = NDArray[np.float64]

@@ -9,14 +9,12 @@ from builtin_interfaces.msg import Time as TimeMsg
 from geometry_msgs.msg import Pose as PoseMsg
 from geometry_msgs.msg import Vector3
 
-from pack_msgs_py.cell_values import (
-    Pose,
-)
 from pack_msgs_py.checks import (
     InvalidValue,
     check_pose,
     check_vec3,
 )
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.orientation import ORIENTATIONS
 from pack_msgs_py.values import Vec3
 

@@ -10,16 +10,14 @@ from pack_msgs.msg import (
 )
 from pack_msgs.msg import Box as BoxMsg
 from pack_msgs.msg import PlacedBox as PlacedBoxMsg
-from pack_msgs_py.cell_values import (
-    BinSnapshot,
-    Pose,
-)
+from pack_msgs_py.cell_values import BinSnapshot
 from pack_msgs_py.checks import (
     InvalidValue,
     check_finite,
     check_whole_mm,
 )
 from pack_msgs_py.codes import BinStatus
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.ros.conversions.basic import (
     check_orientation,
     pose_from_ros,

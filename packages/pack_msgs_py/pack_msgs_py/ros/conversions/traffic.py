@@ -14,7 +14,6 @@ from pack_msgs.msg import ScannedBox as ScannedBoxMsg
 from pack_msgs_py.cell_values import (
     BoxEvent,
     Decision,
-    Pose,
     Report,
     Scan,
     ScannedBox,
@@ -25,6 +24,7 @@ from pack_msgs_py.checks import (
     check_whole_mm,
 )
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, PlacementStatus, Reason
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.ros.conversions.basic import (
     check_orientation,
     duration_from_ros,

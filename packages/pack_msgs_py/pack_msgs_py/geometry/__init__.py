@@ -1,0 +1,1 @@
+"""Where things are and how they lie: poses, footprints, resting heights, tolerances."""

@@ -1,0 +1,124 @@
+"""Poses of boxes: metres, radians, unit quaternions (x, y, z, w)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import product
+
+from pack_msgs_py.values import Vec3
+
+Quaternion = tuple[float, float, float, float]
+#: Rows of a rotation matrix.
+Matrix3 = tuple[Vec3, Vec3, Vec3]
+
+NO_TURN: Quaternion = (0.0, 0.0, 0.0, 1.0)
+#: A box stands straight up to this (sine of half the tilt).
+STRAIGHT = 0.01
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Position in metres and orientation as unit quaternion (x, y, z, w)."""
+
+    position: Vec3 = (0.0, 0.0, 0.0)
+    quaternion: Quaternion = NO_TURN
+
+
+def metres(values_mm: Vec3) -> Vec3:
+    """Millimetres to metres."""
+    x, y, z = values_mm
+    return (x / 1000, y / 1000, z / 1000)
+
+
+def about_z(yaw: float) -> Quaternion:
+    """The turn by ``yaw`` about the vertical."""
+    return (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+
+
+def yaw_of(quaternion: Quaternion) -> float:
+    """Turn about the vertical, -2 pi to 2 pi, of what is turned no other way."""
+    _, _, z, w = quaternion
+    return 2 * math.atan2(z, w)
+
+
+def stands_upright(quaternion: Quaternion) -> bool:
+    """Whether the box's own z points up."""
+    return math.hypot(quaternion[0], quaternion[1]) <= STRAIGHT
+
+
+def quaternion_product(second: Quaternion, first: Quaternion) -> Quaternion:
+    """The turn ``first`` and then ``second``."""
+    (a, b, c, d), (x, y, z, w) = second, first
+    return (
+        d * x + a * w + b * z - c * y,
+        d * y - a * z + b * w + c * x,
+        d * z + a * y - b * x + c * w,
+        d * w - a * x - b * y - c * z,
+    )
+
+
+def conjugate(quaternion: Quaternion) -> Quaternion:
+    """The turn back."""
+    x, y, z, w = quaternion
+    return (-x, -y, -z, w)
+
+
+def rotation_matrix(quaternion: Quaternion) -> Matrix3:
+    """Rows of the rotation matrix of a unit quaternion."""
+    x, y, z, w = quaternion
+    return (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+    )
+
+
+def rotated(quaternion: Quaternion, vector: Vec3) -> Vec3:
+    """``vector`` turned by ``quaternion``.
+
+    >>> rotated((0.0, 0.0, 1.0, 0.0), (1.0, 2.0, 3.0))
+    (-1.0, -2.0, 3.0)
+    """
+    x, y, z = (
+        sum(entry * part for entry, part in zip(row, vector, strict=True))
+        for row in rotation_matrix(quaternion)
+    )
+    return (x, y, z)
+
+
+def corners(pose: Pose, size_m: Vec3) -> list[Vec3]:
+    """The eight corners of a box of ``size_m``, box axes, with its centre at ``pose``."""
+    points = []
+    for signs in product((-0.5, 0.5), repeat=3):
+        sx, sy, sz = (sign * edge for sign, edge in zip(signs, size_m, strict=True))
+        dx, dy, dz = rotated(pose.quaternion, (sx, sy, sz))
+        x, y, z = pose.position
+        points.append((x + dx, y + dy, z + dz))
+    return points
+
+
+def extent(pose: Pose, size_m: Vec3) -> tuple[Vec3, Vec3]:
+    """Lowest and highest x, y, z that a box of ``size_m`` takes up with its centre at ``pose``."""
+    xs, ys, zs = zip(*corners(pose, size_m), strict=True)
+    return (min(xs), min(ys), min(zs)), (max(xs), max(ys), max(zs))
+
+
+def corner_distance(one: Pose, other: Pose, size_m: Vec3) -> float:
+    """Largest distance between corresponding corners of a box in two poses, metres."""
+    return max(map(math.dist, corners(one, size_m), corners(other, size_m)))
+
+
+def turn_between(one: Pose, other: Pose) -> float:
+    """Angle between two orientations, 0 to pi."""
+    dot = abs(sum(a * b for a, b in zip(one.quaternion, other.quaternion, strict=True)))
+    return 2 * math.acos(min(1.0, dot))
+
+
+def folded(pose: Pose, near: Pose) -> Pose:
+    """``pose`` or the same turned by half a turn about the box's own z, whichever is nearer.
+
+    A box turned so fills the same space, and the arm may place it either way round.
+    """
+    half_turned = Pose(pose.position, quaternion_product(pose.quaternion, (0.0, 0.0, 1.0, 0.0)))
+    return min((pose, half_turned), key=lambda candidate: turn_between(candidate, near))
