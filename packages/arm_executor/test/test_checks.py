@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
-from executor_cases import make_box, make_decision, make_goal, make_scan
+from executor_cases import CELL, LDC, make_box, make_decision, make_goal, make_scan
 from test_core import make_bench
 
 from arm_executor.arms.timed import TimedArm
+from arm_executor.bins.book import BookState
+from arm_executor.bins.records import placed_of
+from arm_executor.goals.admission import AdmissionState, admit
+from arm_executor.goals.candidates import CandidateView, foresee
 from arm_executor.goals.outputs import Finished, Progress, Replied
 from arm_executor.model.arm_interface import MotionError
-from pack_msgs_py.codes import ErrorCode, Phase
+from pack_msgs_py.codes import ErrorCode, Mode, Phase
 from pack_msgs_py.geometry.pose import Pose
+from pack_msgs_py.geometry.resting import resting_pose, with_measured
+from pack_msgs_py.values import Bin
 
 __all__ = ['make_bench']
 
@@ -164,3 +171,32 @@ def test_candidates_for_a_bin_that_was_just_swapped_find_it_empty(make_bench):
     until = time.monotonic() + 5.0
     while not answered():
         assert time.monotonic() < until
+
+
+def test_a_place_on_the_box_under_way_is_judged_by_where_that_will_rest():
+    """Planner and executor expect it at the same height, though it was planned higher."""
+    below = with_measured(placed_of(make_decision(THIRD)), Pose((0.15, 0.1, 0.072)))
+    state = BookState(7, (Bin('LDC-1', 1, LDC, (below,), 'A', 3),), {THIRD.id: Pose()})
+    state = replace(state, poses={THIRD.id: Pose((0.15, 0.1, 0.072))})
+
+    def on_top_of(standing, box):
+        """As the planner decides it: planned on planned tops, let go on expected ones."""
+        decision = make_decision(box, (0, 0, standing[-1].top_mm), revision=2 + len(standing))
+        rest = resting_pose(placed_of(decision), decision.target, standing)
+        return replace(decision, target=rest)
+
+    first = on_top_of([below], FIRST)
+    expected = with_measured(placed_of(first), first.target)
+    second = on_top_of([below, expected], SECOND)
+    scan = make_scan(SECOND, stamp_s=100.0)
+    view = CandidateView(
+        AdmissionState(state, {THIRD.id}, CELL, scan, Mode.EXECUTING, FIRST.id, 100.0), tools=None
+    )
+    under_way = SimpleNamespace(goal=make_goal(first), plan='a motion')
+    later = foresee(view, under_way, under_way=True)
+    assert admit(make_goal(second), later.state) is None
+    lifted = replace(second, target=make_decision(SECOND, second.corner_mm).target)
+    assert admit(make_goal(lifted), later.state) is None
+    x, y, z = second.target.position
+    sunk = replace(second, target=replace(second.target, position=(x, y, z - 0.002)))
+    assert admit(make_goal(sunk), later.state).code is ErrorCode.RULE_VIOLATION

@@ -20,7 +20,7 @@ from arm_executor.goals.placing import Placing, Tools
 from arm_executor.goals.plan_cache import request_of
 from arm_executor.model.arm_interface import MotionError, MotionUnderWay
 from pack_msgs_py.codes import ErrorCode, Mode
-from pack_msgs_py.geometry.resting import resting_pose, with_poses
+from pack_msgs_py.geometry.resting import resting_pose, with_measured, with_poses
 
 #: More candidates of one request than this are answered with BUSY, since infeasible ones are slow.
 MAX_CANDIDATES = 8
@@ -59,7 +59,9 @@ def foresee(view: CandidateView, placing: Placing | None, *, under_way: bool) ->
         return view
     placed = placed_of(decision)
     rest = resting_pose(placed, decision.target, with_poses(target.boxes, poses))
-    expected = replace(target, boxes=(*target.boxes, placed), revision=target.revision + 1)
+    # As the planner expects it: with its top where it will be, not where it was planned.
+    boxes = (*target.boxes, with_measured(placed, rest))
+    expected = replace(target, boxes=boxes, revision=target.revision + 1)
     bins = BookState(
         now.revision + 1,
         tuple(expected if bin_.serial == target.serial else bin_ for bin_ in now.bins),
