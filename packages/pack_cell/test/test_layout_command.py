@@ -12,7 +12,7 @@ from arm_executor.model.layout import Layout
 from arm_executor.reach.layout_file import find_layout, load_layout
 from arm_executor.reach.reach import probe_places
 from pack_cell.cli import main
-from pack_cell.layout.command import judge
+from pack_cell.layout.verdict import judge
 from pack_msgs_py.values import parse_bin
 
 

@@ -6,34 +6,25 @@ import argparse
 import math
 import sys
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import yaml
 
-from arm_executor.model.arm_interface import MotionError
-from arm_executor.model.layout import STATIONS, Layout, LayoutError, check_layout
+from arm_executor.model.layout import Layout, LayoutError, check_layout
 from arm_executor.model.robot_data import ROBOTS
 from arm_executor.reach.layout_file import find_layout
-from arm_executor.reach.reach import LEAST_REACH, check_reach
+from arm_executor.reach.reach import LEAST_REACH
+from pack_cell.layout.verdict import Verdict, judge
 from pack_cell.options.parsers import NumberRange, bin_kind, whole
-from pack_msgs_py.values import BIN_TYPES, BinSpec, parse_bin
+from pack_msgs_py.values import BIN_TYPES, parse_bin
 
 if TYPE_CHECKING:
     from arm_executor.reach.reach_motion import StationReach
 
 EXIT_OK, EXIT_UNFIT = 0, 1
 PICTURES = ('.png', '.svg', '.pdf')
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """What came out for one kind of bin; ``refusal`` is empty when it can be packed."""
-
-    spec: BinSpec
-    stations: tuple[StationReach, ...] = ()
-    refusal: str = ''
 
 
 def add_layout(verbs: Any) -> None:  # noqa: ANN401 - argparse does not name its subparsers
@@ -118,33 +109,7 @@ def run_layout(options: argparse.Namespace) -> int:
         options.png.parent.mkdir(parents=True, exist_ok=True)
         draw(options.png, layout, verdicts, options.deadline_s)
         print(f'picture: {options.png}')
-    return EXIT_UNFIT if any(one.refusal for one in verdicts) else EXIT_OK
-
-
-def judge(layout: Layout, spec: BinSpec, samples: int, least: float) -> Verdict:
-    """What ``layout`` can do with bins of kind ``spec`` at all stations."""
-    from arm_executor.reach.reach_motion import ReachCheck
-
-    bins = dict.fromkeys(STATIONS, spec)
-    try:
-        check_layout(layout, bins)
-        check_reach(layout, bins, least)
-    except LayoutError as error:
-        return Verdict(spec, refusal=str(error))
-    check = ReachCheck(layout, bins)
-    try:
-        stations = tuple(check.station(station, samples) for station in STATIONS)
-    except MotionError as error:
-        return Verdict(spec, refusal=f'layout: {error}')
-    finally:
-        check.close()
-    refusals = [
-        f'layout: {one.share:.0%} of bin {one.station} ({spec.name}) are in reach without '
-        f'collision, at least {least:.0%} are needed'
-        for one in stations
-        if one.share < least
-    ]
-    return Verdict(spec, stations, '; '.join(refusals))
+    return EXIT_UNFIT if any(verdict.refusal for verdict in verdicts) else EXIT_OK
 
 
 def print_table(layout: Layout, verdicts: Sequence[Verdict], deadline_s: float) -> None:
@@ -155,7 +120,7 @@ def print_table(layout: Layout, verdicts: Sequence[Verdict], deadline_s: float) 
     for verdict in verdicts:
         if not verdict.stations:
             rows.append((verdict.spec.name, '', '', '', '', '', 'refused, see below'))
-        rows += [_row(one, deadline_s) for one in verdict.stations]
+        rows += [_row(station, deadline_s) for station in verdict.stations]
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
     print(f'{layout.robot}: share of an empty bin that the arm reaches with a box in its gripper')
     for row in rows:
@@ -166,15 +131,15 @@ def print_table(layout: Layout, verdicts: Sequence[Verdict], deadline_s: float) 
             print(f'refused: {verdict.refusal}')
 
 
-def _row(one: StationReach, deadline_s: float) -> tuple[str, ...]:
-    worst = sorted(one.blocked_by.items(), key=lambda item: -item[1])[:2]
+def _row(reach: StationReach, deadline_s: float) -> tuple[str, ...]:
+    worst = sorted(reach.blocked_by.items(), key=lambda item: -item[1])[:2]
     return (
-        one.spec.name,
-        one.station,
-        str(len(one.places)),
-        f'{one.share:.0%}',
-        _share(one.within(deadline_s)),
-        f'{one.median_s:.1f} s' if math.isfinite(one.median_s) else '-',
+        reach.spec.name,
+        reach.station,
+        str(len(reach.places)),
+        f'{reach.share:.0%}',
+        _share(reach.within(deadline_s)),
+        f'{reach.median_s:.1f} s' if math.isfinite(reach.median_s) else '-',
         ', '.join(f'{what} ({count})' for what, count in worst),
     )
 

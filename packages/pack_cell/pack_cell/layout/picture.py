@@ -21,7 +21,7 @@ from pack_msgs_py.geometry.pose import Pose
 
 if TYPE_CHECKING:
     from arm_executor.reach.reach_motion import StationReach
-    from pack_cell.layout.command import Verdict
+    from pack_cell.layout.verdict import Verdict
 
 _STEEL, _BELT, _WALL = '#8a8f98', '#3b3f46', '#2f6fb3'
 _TILE_M = 0.075
@@ -34,7 +34,7 @@ def draw(path: Path, layout: Layout, verdicts: Sequence[Verdict], deadline_s: fl
     mpl.use('Agg')
     from matplotlib import pyplot
 
-    shown = [one for one in verdicts if one.stations] or list(verdicts)
+    shown = [verdict for verdict in verdicts if verdict.stations] or list(verdicts)
     columns = min(2, len(shown))
     rows = -(-len(shown) // columns)
     figure, axes = pyplot.subplots(
@@ -75,11 +75,11 @@ def _view(axis: Any, layout: Layout, verdict: Verdict, deadline_s: float) -> Non
     axis.text(
         layout.rail.x_max, -0.2, f'rail of the {layout.robot}', ha='right', va='top', fontsize=9
     )
-    for one in verdict.stations:
-        _station(axis, layout, one, deadline_s)
+    for station in verdict.stations:
+        _station(axis, layout, station, deadline_s)
     axis.set_aspect('equal')
     far = max(
-        2.3, reach + 0.1, *(abs(value) for one in verdict.stations for value in _ends(layout, one))
+        2.3, reach + 0.1, *(abs(y) for station in verdict.stations for y in _ends(layout, station))
     )
     wide = max(layout.rail.x_max + 0.6, 0.45 + spec.size_mm[0] / 1000 + 0.3)
     axis.set_xlim(-wide, wide)
@@ -91,28 +91,28 @@ def _view(axis: Any, layout: Layout, verdict: Verdict, deadline_s: float) -> Non
     axis.set_title(title if not verdict.refusal else f'{title}: refused')
 
 
-def _ends(layout: Layout, one: StationReach) -> tuple[float, float]:
-    blocks = bin_blocks(layout, one.station, one.spec)
+def _ends(layout: Layout, station: StationReach) -> tuple[float, float]:
+    blocks = bin_blocks(layout, station.station, station.spec)
     return min(b.low[1] for b in blocks) - 0.1, max(b.high[1] for b in blocks) + 0.1
 
 
-def _station(axis: Any, layout: Layout, one: StationReach, deadline_s: float) -> None:  # noqa: ANN401
+def _station(axis: Any, layout: Layout, station: StationReach, deadline_s: float) -> None:  # noqa: ANN401
     """Walls, a tile per column of places, and a dot where a motion was planned."""
     from matplotlib.patches import Rectangle
 
-    for block in bin_blocks(layout, one.station, one.spec):
+    for block in bin_blocks(layout, station.station, station.spec):
         if not block.name.endswith('floor'):
             _rectangle(axis, block, _WALL, 0.9)
-    frame = bin_frame(layout, one.station, one.spec)
-    cells = [frame.to_cell(Pose((x, y, z))).position for x, y, z in one.places.tolist()]
+    frame = bin_frame(layout, station.station, station.spec)
+    cells = [frame.to_cell(Pose((x, y, z))).position for x, y, z in station.places.tolist()]
     columns: dict[tuple[float, float], list[int]] = {}
     for index, (x, y, _) in enumerate(cells):
         columns.setdefault((round(x, 4), round(y, 4)), []).append(index)
     for (x, y), members in columns.items():
-        share = float(np.mean([one.free[index] for index in members]))
+        share = float(np.mean([station.free[index] for index in members]))
         tile = Rectangle((x - _TILE_M / 2, y - _TILE_M / 2), _TILE_M, _TILE_M, color=_shade(share))
         axis.add_patch(tile)
-    for index, seconds in one.seconds.items():
+    for index, seconds in station.seconds.items():
         x, y, _ = cells[index]
         if np.isnan(seconds):
             axis.plot(x, y, 'x', color='black', markersize=6)
@@ -120,23 +120,23 @@ def _station(axis: Any, layout: Layout, one: StationReach, deadline_s: float) ->
             face = 'white' if seconds <= deadline_s else 'black'
             axis.plot(x, y, 'o', color=face, markeredgecolor='black', markersize=5)
     # Away from the rail and from the belt.
-    low, high = _ends(layout, one)
+    low, high = _ends(layout, station)
     behind = frame.origin[1] < 0
-    side = {'A': 'right', 'B': 'left'}.get(one.station, 'center')
+    side = {'A': 'right', 'B': 'left'}.get(station.station, 'center')
     reached = [x for x, _, _ in cells]
     at = {'right': max(reached), 'left': min(reached), 'center': (min(reached) + max(reached)) / 2}
-    text = f'{one.station}: {one.share:.0%} free'
-    if one.seconds:
-        text += f', {one.within(deadline_s):.0%} in time'
+    text = f'{station.station}: {station.share:.0%} free'
+    if station.seconds:
+        text += f', {station.within(deadline_s):.0%} in time'
     level = 'top' if behind else 'bottom'
     axis.text(at[side], low if behind else high, text, ha=side, va=level, fontsize=9)
 
 
 def _shade(share: float) -> tuple[float, float, float]:
     """Red at 0, yellow at a half, green at 1."""
-    red, green, blue = (0.80, 0.25, 0.22), (0.30, 0.65, 0.35), (0.95, 0.80, 0.35)
-    one, two, way = (red, blue, 2 * share) if share < 0.5 else (blue, green, 2 * share - 1)
-    r, g, b = (a + (c - a) * way for a, c in zip(one, two, strict=True))
+    red, green, yellow = (0.80, 0.25, 0.22), (0.30, 0.65, 0.35), (0.95, 0.80, 0.35)
+    low, high, way = (red, yellow, 2 * share) if share < 0.5 else (yellow, green, 2 * share - 1)
+    r, g, b = (a + (c - a) * way for a, c in zip(low, high, strict=True))
     return (r, g, b)
 
 
