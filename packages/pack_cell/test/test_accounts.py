@@ -2,12 +2,19 @@
 
 from dataclasses import replace
 
-from conveyor_sim.ledger.ledger import BoxRecord, Place
-from conveyor_sim.ledger.ledger import Ledger as ConveyorLedger
-from pack_cell.report.accounts import Ledger, accounts, disagreements, read_ledger, waits
+from conveyor_sim.ledger.ledger import BoxRecord, Ledger, Place
+from pack_cell.report.accounts import (
+    BoxAccounts,
+    account_text,
+    accounts,
+    disagreements,
+    read_books,
+    waits,
+    waits_text,
+)
 from pack_cell.report.record import RunRecord
+from pack_cell.report.summary import is_clean
 from pack_cell.running.memory import MemoryWatch, resident_mb
-from pack_cell.running.run import is_clean
 from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Scan, ScannedBox
 from pack_msgs_py.codes import BoxEventKind, Reason
 from pack_msgs_py.geometry.pose import Pose
@@ -16,7 +23,7 @@ from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin
 BOX = Box('a', (300.0, 200.0, 100.0), 2.0)
 PLACED = PlacedBox(BOX, (0, 0, 0), (300, 200, 100))
 BIN = Bin('LDC-1', 1, parse_bin('LDC'), (PLACED,))
-LEDGER = Ledger(
+BOOKS = BoxAccounts(
     {'a': 'placed', 'b': 'rejected', 'c': 'on_belt', 'd': 'unseen', 'e': 'picked', 'f': 'rejected'},
     {'b': Reason.NO_READ, 'f': Reason.FAULT},
     {'longest_wait_s': 12.5, 'most_laps': 3},
@@ -32,7 +39,7 @@ def shown(supplied=6):
 
 
 def test_every_box_that_was_fed_is_counted_once():
-    found = accounts(LEDGER, shown())
+    found = accounts(BOOKS, shown())
     assert found == {
         'fed': 6,
         'placed': 1,
@@ -43,35 +50,45 @@ def test_every_box_that_was_fed_is_counted_once():
         'unknown': 0,
         'sum_is_right': True,
     }
-    assert not accounts(LEDGER, shown(supplied=7))['sum_is_right']
-    assert waits(LEDGER)['longest_wait_s'] == 12.5
+    assert not accounts(BOOKS, shown(supplied=7))['sum_is_right']
+    assert waits(BOOKS)['longest_wait_s'] == 12.5
+
+
+def test_the_books_are_two_lines_for_people():
+    assert account_text(accounts(BOOKS, shown())) == (
+        'all of 6 fed: 2 on the belt, 1 in the gripper, 0 lost, 0 unknown; '
+        'rejected: 1 no_read, 1 fault'
+    )
+    assert account_text(accounts(BOOKS, shown(supplied=7))).startswith('NOT all of 6 fed')
+    assert account_text(None) == ''
+    assert waits_text(waits(BOOKS)) == '12 s, 3 laps'
 
 
 def test_a_box_of_which_ledger_and_bins_say_different_things_is_named():
-    assert disagreements(LEDGER, shown()) == []
-    other = Ledger({**LEDGER.places, 'a': 'on_belt', 'c': 'placed'}, LEDGER.reasons, {})
+    assert disagreements(BOOKS, shown()) == []
+    other = BoxAccounts({**BOOKS.places, 'a': 'on_belt', 'c': 'placed'}, BOOKS.reasons, {})
     lines = disagreements(other, shown())
     assert len(lines) == 2
     assert "box 'a' is in a bin" in lines[0] and "box 'c' is placed by the ledger" in lines[1]
 
 
 def test_the_ledger_may_not_have_heard_that_the_last_box_was_placed():
-    late = Ledger({**LEDGER.places, 'a': 'picked'}, LEDGER.reasons, {})
+    late = BoxAccounts({**BOOKS.places, 'a': 'picked'}, BOOKS.reasons, {})
     assert disagreements(late, shown()) == []
     assert accounts(late, shown())['placed'] == 1
 
 
 def test_the_ledger_of_a_conveyor_is_read_as_it_was_written(tmp_path):
-    assert read_ledger(tmp_path) is None
-    written = ConveyorLedger(tmp_path, 'stream', 'of a test')
+    assert read_books(tmp_path) is None
+    written = Ledger(tmp_path, 'stream', 'of a test')
     records = [
         BoxRecord(0, 'a', Place.PLACED),
         BoxRecord(1, 'b', Place.REJECTED, reason=Reason.NO_READ, text='not read'),
     ]
     written.save(records, {'statistics': '{"longest_wait_s": 4.0}'})
     written.close()
-    found = read_ledger(tmp_path)
-    assert found == Ledger(
+    found = read_books(tmp_path)
+    assert found == BoxAccounts(
         {'a': 'placed', 'b': 'rejected'}, {'b': Reason.NO_READ}, {'longest_wait_s': 4.0}
     )
 

@@ -5,16 +5,11 @@ from dataclasses import replace
 
 from pack_cell.options.run_options import parse_run_options
 from pack_cell.report.archive import Archive
+from pack_cell.report.ended_run import EndedRun, execution_profile
 from pack_cell.report.record import KEPT_BINS, RunRecord
-from pack_cell.report.summary import execution_profile, placement_rows, summarize
-from pack_msgs_py.cell_values import (
-    BinSnapshot,
-    BoxEvent,
-    Decision,
-    Report,
-    Scan,
-    ScannedBox,
-)
+from pack_cell.report.summary import placement_rows, summarize, summary_lines
+from pack_cell.report.summary_figures import FIGURES
+from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Report, Scan, ScannedBox
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Reason
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin
@@ -75,14 +70,8 @@ def finished_record():
     return record
 
 
-def options(*arguments):
-    return parse_run_options(arguments)
-
-
 def summary_of(record):
-    return summarize(
-        record, options(), command=['cell', 'run'], wall_time_s=1.0, first_decision_s=0.5
-    )
+    return summarize(EndedRun(record, parse_run_options([]), ['cell', 'run'], 1.0, 0.5))
 
 
 def test_a_run_is_complete_when_the_last_box_is_in_its_bin():
@@ -229,3 +218,25 @@ def test_what_a_long_run_is_done_with_is_on_disk_and_still_counted(tmp_path):
 
 def doubled(name):
     return replace(PLACED, box=replace(BOX, id=name))
+
+
+def test_a_summary_goes_into_json_and_is_printed_line_by_line():
+    summary = json.loads(json.dumps(summary_of(finished_record())))
+    lines = dict(summary_lines(summary))
+    assert lines['boxes'] == '1 supplied, 1 placed, 0 rejected, 0 lost, 0 unaccounted for'
+    assert lines['bins'] == 'LDC: 0 closed, 1 open'
+    assert lines['fill rate'] == 'closed bins no bin, all bins 6.1 %, first failure no bin'
+    assert lines['cycle time'] == 'mean 4.10, p50 4.10, p95 4.10, max 4.10 s'
+    assert lines['  planning'] == 'mean 1.0, p50 0.0, p95 2.0, max 2.0 ms'
+    assert lines['deadline'] == '5.5 s, 0 missed'
+    assert lines['worst pose error'] == '0.50 mm'
+    assert lines['robot time'] == '4.1 s, 878 boxes/h, 8.2 times real time'
+    assert not {'  ledger', '  longest wait', 'destinations'} & set(lines)
+    first, *_, last = lines
+    assert (first, last) == ('boxes', 'wall time')
+
+
+def test_no_two_figures_of_the_summary_have_the_same_key():
+    keys = [figure.key for figure in FIGURES]
+    assert len(set(keys)) == len(keys)
+    assert set(keys) < set(summary_of(finished_record()))

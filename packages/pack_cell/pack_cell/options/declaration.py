@@ -39,7 +39,7 @@ class Declaration:
     launch_default : default of the launch file, where that is meant to differ.
     parameters : parameters of nodes that it becomes, as ``node.parameter``.
     as_parameter : turns the value into that of the parameters.
-    in_summary : whether ``summary.json`` repeats it.
+    in_summary : whether ``summary.json`` repeats the value, by the key of the field.
     """
 
     default: str

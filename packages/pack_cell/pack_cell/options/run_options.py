@@ -97,7 +97,6 @@ class RunOptions:
         values='`LDC`, `RC`, `PAL`, `EQ`, `SYN` or `LxBxH` in centimetres such as `100x60x60`',
         parameters=('arm_executor.bin_type',),
         as_parameter=lambda spec: spec.name,
-        in_summary=True,
     )
     open_bins: int = option(
         '2',

@@ -13,7 +13,7 @@ from pack_msgs_py.metrics import time_summary
 
 
 @dataclass
-class Asked:
+class AskedPlacements:
     """How far the arm's word changed the decisions to place a box; keeps numbers alone."""
 
     _check_s: array[float] = field(default_factory=lambda: array('d'))
@@ -58,13 +58,13 @@ class Asked:
         }
 
 
-def asked_text(found: dict[str, Any]) -> str:
+def asked_text(answers: dict[str, Any]) -> str:
     """One line for people."""
-    if not found['decisions_asked']:
+    if not answers['decisions_asked']:
         return 'the arm was not asked'
     return (
-        f'{found["first_choices_possible"]:.1f} % possible; '
-        f'{found["candidates_per_decision"]:.2f} candidates asked per decision, '
-        f'p95 {1e3 * found["check_s"]["p95"]:.0f} ms, '
-        f'objective {found["objective_lost"]:+.1f} cm'
+        f'{answers["first_choices_possible"]:.1f} % possible; '
+        f'{answers["candidates_per_decision"]:.2f} candidates asked per decision, '
+        f'p95 {1e3 * answers["check_s"]["p95"]:.0f} ms, '
+        f'objective {answers["objective_lost"]:+.1f} cm'
     )

@@ -13,7 +13,7 @@ from typing import Any
 
 from pack_cell.report.archive import Archive, BinFigures, bin_figures
 from pack_cell.report.placement_rows import placement_row
-from pack_cell.report.run_figures import Figures
+from pack_cell.report.run_figures import RunFigures
 from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Report, Scan
 from pack_msgs_py.codes import BoxEventKind
 from pack_msgs_py.profiles import Profile
@@ -53,7 +53,7 @@ class RunRecord:
     bins: dict[str, Bin] = field(default_factory=dict)
     closed: dict[str, Bin] = field(default_factory=dict)
     archive: Archive | None = None
-    figures: Figures = field(default_factory=Figures)
+    figures: RunFigures = field(default_factory=RunFigures)
     _decision_keys: dict[tuple[str, int, float], None] = field(default_factory=dict)
     _last: Counter[BoxEventKind] = field(default_factory=Counter)
 

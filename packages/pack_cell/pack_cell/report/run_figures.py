@@ -5,12 +5,10 @@ from __future__ import annotations
 from array import array
 from collections import Counter
 from dataclasses import dataclass, field
-from typing import Any
 
-from pack_cell.report.arm_answers import Asked
+from pack_cell.report.arm_answers import AskedPlacements
 from pack_msgs_py.cell_values import Decision, Report
 from pack_msgs_py.codes import ErrorCode
-from pack_msgs_py.metrics import quantile, time_summary
 
 
 def _numbers() -> array[float]:
@@ -18,7 +16,7 @@ def _numbers() -> array[float]:
 
 
 @dataclass
-class Figures:
+class RunFigures:
     """Eight numbers a box at most, so that a long run takes no more memory than a short one.
 
     ``goals`` counts every goal that has ended by its code. Times are of goals that ended with the
@@ -33,56 +31,35 @@ class Figures:
     slack_s: array[float] = field(default_factory=_numbers)
     errors_mm: array[float] = field(default_factory=_numbers)
     goals: Counter[ErrorCode] = field(default_factory=Counter)
-    asked: Asked = field(default_factory=Asked)
+    asked: AskedPlacements = field(default_factory=AskedPlacements)
     robot_s: float = 0.0
     others_moved_mm: float | None = None
 
-    def add_decision(self, one: Decision) -> None:
+    def add_decision(self, decision: Decision) -> None:
         """Count a decision; the overhead of the first is not ROS, the planner loads its engine."""
-        if self.planning_s and one.trigger_stamp_s > 0:
-            spent_s = one.stamp_s - one.trigger_stamp_s - one.planning_s - one.check_s
+        if self.planning_s and decision.trigger_stamp_s > 0:
+            spent_s = (
+                decision.stamp_s - decision.trigger_stamp_s - decision.planning_s - decision.check_s
+            )
             self.overhead_s.append(max(0.0, spent_s))
-        self.planning_s.append(one.planning_s)
-        self.asked.add(one)
+        self.planning_s.append(decision.planning_s)
+        self.asked.add(decision)
 
-    def add_report(self, one: Report) -> None:
+    def add_report(self, report: Report) -> None:
         """Count a goal that has ended."""
-        self.goals[one.code] += 1
-        self.robot_s += one.cycle_s + one.wait_s
-        if not one.code.box_is_in_bin:
+        self.goals[report.code] += 1
+        self.robot_s += report.cycle_s + report.wait_s
+        if not report.code.box_is_in_bin:
             return
-        self.arm_planning_s.append(one.planning_s)
-        self.motion_s.append(one.motion_s)
-        self.wait_s.append(one.wait_s)
-        self.slack_s.append(one.slack_s)
-        self.others_moved_mm = max(self.others_moved_mm or 0.0, 1e3 * one.others_moved_m)
-        if one.measured is not None:
-            self.errors_mm.append(1e3 * one.position_error_m)
+        self.arm_planning_s.append(report.planning_s)
+        self.motion_s.append(report.motion_s)
+        self.wait_s.append(report.wait_s)
+        self.slack_s.append(report.slack_s)
+        self.others_moved_mm = max(self.others_moved_mm or 0.0, 1e3 * report.others_moved_m)
+        if report.measured is not None:
+            self.errors_mm.append(1e3 * report.position_error_m)
 
     @property
     def in_bin(self) -> int:
         """Goals that ended with the box in its bin."""
         return len(self.slack_s)
-
-    def summary(self, deadline_s: float) -> dict[str, Any]:
-        """As plain data; a cycle is what was spent of ``deadline_s``."""
-        cycles = [deadline_s - slack_s for slack_s in self.slack_s]
-        refused = sum(number for code, number in self.goals.items() if not code.box_is_in_bin)
-        return {
-            'cycle_time_s': time_summary(cycles),
-            'planning_s': time_summary(self.planning_s),
-            'arm_planning_s': time_summary(self.arm_planning_s),
-            'motion_s': time_summary(self.motion_s),
-            'wait_s': time_summary(self.wait_s),
-            'ros_overhead_s': time_summary(self.overhead_s),
-            'arm_asked': self.asked.summary(),
-            'deadline_s': deadline_s,
-            'deadline_misses': sum(1 for slack_s in self.slack_s if slack_s < 0),
-            'refused_goals': refused,
-            'goal_codes': {
-                code.name: self.goals[code] for code in sorted(self.goals, key=lambda one: one.name)
-            },
-            'max_pose_error_mm': max(self.errors_mm, default=None),
-            'p95_pose_error_mm': quantile(self.errors_mm, 0.95) if self.errors_mm else None,
-            'max_others_moved_mm': self.others_moved_mm,
-        }

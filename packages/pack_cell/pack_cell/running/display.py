@@ -8,8 +8,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from pack_cell.report.arm_answers import asked_text
 from pack_cell.report.record import RunRecord
+from pack_cell.report.summary import summary_lines
 from pack_msgs_py.cell_values import BoxEvent, Decision, Report
 from pack_msgs_py.codes import BoxEventKind
 from pack_msgs_py.values import Bin
@@ -120,85 +120,3 @@ class RunDisplay:
         for problem in summary['problems']:
             self.console.print(f'  [red]problem[/]            {escape(problem)}')
         self.console.print(f'written to {folder}')
-
-
-def _times(values: dict[str, float | None], scale: float, unit: str, digits: int) -> str:
-    if values['p50'] is None:
-        return 'none'
-    parts = [
-        f'{name} {scale * value:.{digits}f}'
-        for name, value in values.items()
-        if value is not None and name in ('mean', 'p50', 'p95', 'max')
-    ]
-    return f'{", ".join(parts)} {unit}'
-
-
-def _percent(value: float | None) -> str:
-    return 'no bin' if value is None else f'{value:.1f} %'
-
-
-def _account_lines(found: dict[str, Any] | None, waits: dict[str, Any]) -> list[tuple[str, str]]:
-    if found is None:
-        return []
-    reasons = ', '.join(f'{number} {name}' for name, number in found['rejected'].items())
-    right = 'all of' if found['sum_is_right'] else 'NOT all of'
-    places = (
-        f'{right} {found["fed"]} fed: {found["on_belt"]} on the belt, {found["in_gripper"]} in the '
-        f'gripper, {found["lost"]} lost, {found["unknown"]} unknown; rejected: {reasons or "none"}'
-    )
-    longest = f'{waits.get("longest_wait_s") or 0.0:.0f} s, {waits.get("most_laps") or 0} laps'
-    return [('  ledger', places), ('  longest wait', longest)]
-
-
-def _destination_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
-    found = summary['destinations']
-    if not found:
-        return []
-    counts = ', '.join(
-        f'{name} {one["boxes"]} boxes in {one["closed_bins"]} + {one["open_bins"]} bins'
-        for name, one in found.items()
-    )
-    return [('destinations', f'{counts}; {summary["mis_sorts"]} mis-sorted')]
-
-
-def summary_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
-    """Name and text of each line of the summary that people read."""
-    boxes = (
-        f'{summary["boxes_supplied"]} supplied, {summary["placed"]} placed, '
-        f'{summary["rejected"]} rejected, {summary["lost"]} lost, '
-        f'{summary["unaccounted"]} unaccounted for'
-    )
-    fill = (
-        f'closed bins {_percent(summary["fill_closed"])}, '
-        f'all bins {_percent(summary["fill_all"])}, '
-        f'first failure {_percent(summary["fill_first_failure"])}'
-    )
-    error = summary['max_pose_error_mm']
-    return [
-        ('boxes', boxes),
-        *_account_lines(summary['accounts'], summary['waits']),
-        ('bins', f'{summary["bin"]}: {summary["closed_bins"]} closed, {summary["open_bins"]} open'),
-        *_destination_lines(summary),
-        ('fill rate', fill),
-        ('cycle time', _times(summary['cycle_time_s'], 1.0, 's', 2)),
-        ('  motion', _times(summary['motion_s'], 1.0, 's', 2)),
-        ('  planning', _times(summary['planning_s'], 1e3, 'ms', 1)),
-        ('  arm planning', _times(summary['arm_planning_s'], 1e3, 'ms', 0)),
-        ('  waiting for belt', _times(summary['wait_s'], 1.0, 's', 2)),
-        ('deadline', f'{summary["deadline_s"]:g} s, {summary["deadline_misses"]} missed'),
-        ('first choices', asked_text(summary['arm_asked'])),
-        ('refused goals', str(summary['refused_goals'])),
-        ('rule violations', str(summary['rule_violations'])),
-        ('worst pose error', 'none' if error is None else f'{error:.2f} mm'),
-        ('robot time', _robot_time(summary)),
-        ('wall time', f'{summary["wall_time_s"]:.1f} s'),
-    ]
-
-
-def _robot_time(summary: dict[str, Any]) -> str:
-    """Robot time of all goals, boxes an hour of it, and how much faster than real time that was."""
-    hourly, times = summary['boxes_per_hour'], summary['times_real_time']
-    if hourly is None or times is None:
-        return 'none'
-    spent = summary['robot_time_s']
-    return f'{spent:.1f} s, {hourly:.0f} boxes/h, {times:.1f} times real time'

@@ -13,14 +13,15 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from conveyor_sim.streams import BOXES_FILE, Stream, write_boxes
 from pack_cell.options.run_options import RunOptions
-from pack_cell.report.accounts import read_ledger
+from pack_cell.report.accounts import read_books
 from pack_cell.report.archive import Archive
+from pack_cell.report.ended_run import EndedRun, execution_profile
 from pack_cell.report.record import RunRecord
-from pack_cell.report.summary import execution_profile, summarize, write_run
+from pack_cell.report.summary import is_clean, summarize, write_run
 from pack_cell.running.display import RunDisplay
 from pack_cell.running.memory import MemoryWatch
 from pack_cell.running.node_commands import node_specs, write_parameters
@@ -116,14 +117,16 @@ def run(options: RunOptions, command: Sequence[str]) -> int:
             lock.release()
     problems = [*watch.problems, *([ending.reason] if ending.reason and ending.code else [])]
     summary = summarize(
-        record,
-        options,
-        command=command,
-        wall_time_s=time.monotonic() - began,
-        first_decision_s=watch.first_decision_s,
-        problems=problems,
-        ledger=read_ledger(folder / 'state'),
-        memory=watch.memory.summary(),
+        EndedRun(
+            record,
+            options,
+            command,
+            wall_time_s=time.monotonic() - began,
+            first_decision_s=watch.first_decision_s,
+            problems_seen=problems,
+            books=read_books(folder / 'state'),
+            memory_mb=watch.memory.summary(),
+        )
     )
     write_run(folder, summary, record)
     stream = Stream.open(options.boxes, options.count, options.seed, options.destinations)
@@ -139,14 +142,6 @@ def run(options: RunOptions, command: Sequence[str]) -> int:
         print(ending.reason)
         return EXIT_OK
     return EXIT_OK if is_clean(summary) else EXIT_PROBLEM
-
-
-def is_clean(summary: dict[str, Any]) -> bool:
-    """Whether every box is in exactly one place, and no rule was broken."""
-    found = summary['accounts']
-    if found is not None and (not found['sum_is_right'] or found['unknown']):
-        return False
-    return not (summary['lost'] or summary['unaccounted'] or summary['rule_violations'])
 
 
 def write_pids(folder: Path, supervisor: Supervisor) -> None:

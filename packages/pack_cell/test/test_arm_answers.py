@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pack_cell.report.arm_answers import Asked, asked_text
+from pack_cell.report.arm_answers import AskedPlacements, asked_text
 from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.codes import ErrorCode, PlacementStatus
 from pack_msgs_py.values import Box
@@ -20,14 +20,14 @@ def decision(objective=10.0, first=10.0, checked=1, refusal=ErrorCode.NONE, chec
 
 
 def asked_summary(decisions):
-    asked = Asked()
-    for one in decisions:
-        asked.add(one)
+    asked = AskedPlacements()
+    for decided in decisions:
+        asked.add(decided)
     return asked.summary()
 
 
 def test_the_share_of_possible_first_choices_and_what_the_others_cost():
-    found = asked_summary(
+    summary = asked_summary(
         [
             decision(),
             decision(),
@@ -37,16 +37,16 @@ def test_the_share_of_possible_first_choices_and_what_the_others_cost():
             Decision(BOX, status=PlacementStatus.REJECT, candidates_checked=6),
         ]
     )
-    assert found['decisions_asked'] == 4
-    assert found['first_choices_possible'] == 75.0
-    assert found['first_refusals'] == {'PATH_IN_COLLISION': 1}
-    assert found['candidates_per_decision'] == 1.5
-    assert found['objective_lost'] == pytest.approx(3.0)
-    assert found['check_s']['max'] == 0.5
-    assert '75.0 % possible; 1.50 candidates' in asked_text(found)
+    assert summary['decisions_asked'] == 4
+    assert summary['first_choices_possible'] == 75.0
+    assert summary['first_refusals'] == {'PATH_IN_COLLISION': 1}
+    assert summary['candidates_per_decision'] == 1.5
+    assert summary['objective_lost'] == pytest.approx(3.0)
+    assert summary['check_s']['max'] == 0.5
+    assert '75.0 % possible; 1.50 candidates' in asked_text(summary)
 
 
 def test_an_arm_that_was_never_asked_has_no_share():
-    found = asked_summary([decision(checked=0)])
-    assert found['first_choices_possible'] is None
-    assert asked_text(found) == 'the arm was not asked'
+    summary = asked_summary([decision(checked=0)])
+    assert summary['first_choices_possible'] is None
+    assert asked_text(summary) == 'the arm was not asked'
