@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import pytest
 
-from pack_cell.bench import runner, simulator
+from pack_cell.bench import runner
 from pack_cell.bench.figure import save, svg
 from pack_cell.bench.page import page
 from pack_cell.bench.paper import NAMES, paper_figures, table
@@ -23,7 +23,9 @@ from pack_cell.bench.values import Case, Settings, Source
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.validator import validate_bins
 from pack_msgs_py.values import Bin, BinSpec, Box, PlacedBox, parse_bin
-from pack_planner.algorithms import ALGORITHMS
+from pack_planner.algorithms import AlgorithmSpec, Choice
+from pack_planner.algorithms.registry import SPECS
+from pack_planner.packing import loop
 
 SYN = parse_bin('SYN')
 SMALL = BinSpec('60x40x40', (600, 400, 400))
@@ -177,10 +179,10 @@ def test_an_algorithm_that_breaks_a_rule_is_found_out(monkeypatch):
 
     def floating(problem):
         placed = PlacedBox(problem.boxes[0], (0, 0, 50), (200, 150, 100), 'xyz')
-        return simulator.Choice(Candidate(placed, 0, 0.0))
+        return Choice(Candidate(placed, 0, 0.0))
 
-    monkeypatch.setitem(ALGORITHMS, 'floating', floating)
-    monkeypatch.setattr(simulator, 'warm_up', lambda *_: None)
+    monkeypatch.setitem(SPECS, 'floating', AlgorithmSpec('floating', floating))
+    monkeypatch.setattr(loop, 'warm_up', lambda *_: None)
     with pytest.raises(EngineMismatch, match='support'):
         pack_collection(case('floating', in_order=True), SETTINGS, 0)
 

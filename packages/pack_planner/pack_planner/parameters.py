@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pack_msgs_py.orientation import ORIENTATION_RULES
 from pack_msgs_py.parameter_fields import parameter
 from pack_msgs_py.profiles import PROFILES, find_profile
-from pack_planner.algorithms import ALGORITHMS
+from pack_planner.algorithms import find_algorithm
 from pack_planner.algorithms.base import BACKENDS
 from pack_planner.decision.options import (
     CLOSINGS,
@@ -27,8 +27,8 @@ class PlannerParameters:
 
     algorithm: str = parameter(
         'mpack_lite',
-        'packing algorithm; may be changed between two boxes',
-        choices=tuple(ALGORITHMS),
+        'packing algorithm, by its name or as `/where/it/is/FILE.py:FUNCTION`; may be changed '
+        'between two boxes',
     )
     profile: str = parameter(
         'cell',
@@ -139,7 +139,7 @@ class PlannerParameters:
 
 
 def settings(parameters: PlannerParameters) -> PolicySettings:
-    """How to decide under these parameters."""
+    """How to decide under these parameters; ``ValueError`` says which of them cannot be."""
     profile = find_profile(parameters.profile)
     if parameters.orientations:
         profile = replace(profile, orientations=parameters.orientations)
@@ -156,6 +156,7 @@ def settings(parameters: PlannerParameters) -> PolicySettings:
         parameters.closing,
         parameters.max_passed_over,
     )
+    find_algorithm(parameters.algorithm)
     return PolicySettings(
         parameters.algorithm,
         profile,

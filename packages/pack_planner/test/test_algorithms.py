@@ -11,7 +11,7 @@ from planner_cases import SMALL, random_box
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.validator import validate_bins
 from pack_msgs_py.values import Bin, BinSpec, Box, PlacedBox
-from pack_planner.algorithms import ALGORITHMS, Problem, find_algorithm
+from pack_planner.algorithms import BUILT_IN, Problem, find_algorithm
 from pack_planner.decision.options import DecisionOptions
 from pack_planner.decision.policy import DecisionState, PolicySettings, next_step
 from pack_planner.engine import Engine, Zone
@@ -64,7 +64,7 @@ def small_stream(profile, seed, count):
 @pytest.mark.parametrize('open_bins', [1, 2, 3])
 @pytest.mark.parametrize('look_ahead', [1, 2, 5, 6])
 @pytest.mark.parametrize('profile', PROFILES)
-@pytest.mark.parametrize('name', ALGORITHMS)
+@pytest.mark.parametrize('name', BUILT_IN)
 def test_every_placement_obeys_the_rules(name, profile, look_ahead, open_bins):
     boxes = small_stream(profile, f'{profile}{look_ahead}{open_bins}', 15)
     bins, order = pack(name, ENGINES[profile], boxes, look_ahead, open_bins, TINY)
@@ -79,7 +79,7 @@ def test_every_placement_obeys_the_rules(name, profile, look_ahead, open_bins):
     DecisionOptions(max_passed_over=5, selection='largest', cep=True),
 ], ids=lambda one: f'{one.sort}-{one.selection}-{one.closing}-{one.cep}')  # fmt: skip
 @pytest.mark.parametrize('profile', PROFILES)
-@pytest.mark.parametrize('name', [one for one in ALGORITHMS if one not in NEAREST_ONLY])
+@pytest.mark.parametrize('name', [one for one in BUILT_IN if one not in NEAREST_ONLY])
 def test_every_placement_obeys_the_rules_whatever_the_options(name, profile, options):
     boxes = small_stream(profile, f'{profile}{options}', 18)
     bins, order = pack(name, ENGINES[profile], boxes, 4, 2, TINY, options)
@@ -186,7 +186,7 @@ def test_online_bph_turns_a_box_to_fit_the_gap():
     assert placed.corner_mm == (300, 0, 0) and placed.size_mm[0] == 150
 
 
-@pytest.mark.parametrize('name', ALGORITHMS)
+@pytest.mark.parametrize('name', BUILT_IN)
 def test_a_refused_corner_of_an_empty_bin_does_not_stop_the_cell(name):
     engine = ENGINES['cell']
     empty = engine.model(Bin('a', 1, SMALL))

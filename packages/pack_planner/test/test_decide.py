@@ -166,13 +166,13 @@ def test_settings_change_between_two_decisions(planner):
 
 
 def test_a_placement_that_breaks_a_rule_never_leaves_the_planner(planner, monkeypatch):
-    from pack_planner.algorithms import ALGORITHMS, Choice
+    from pack_planner.algorithms import AlgorithmSpec, Choice
+    from pack_planner.algorithms.registry import SPECS
     from pack_planner.engine import Candidate
 
     box = Box('a', (100.0, 100.0, 100.0))
     floating = PlacedBox(box, (0, 0, 50), (100, 100, 100))
-    monkeypatch.setitem(
-        ALGORITHMS, 'mpack_lite', lambda problem: Choice(Candidate(floating, 0, 1.0))
-    )
+    spec = AlgorithmSpec('mpack_lite', lambda problem: Choice(Candidate(floating, 0, 1.0)))
+    monkeypatch.setitem(SPECS, 'mpack_lite', spec)
     with pytest.raises(EngineMismatch, match='support'):
         planner.decide(state([box]))

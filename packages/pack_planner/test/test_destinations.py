@@ -10,7 +10,7 @@ from planner_cases import SMALL
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.validator import with_box
 from pack_msgs_py.values import Bin, Box
-from pack_planner.algorithms import ALGORITHMS, Choice, Problem, find_algorithm
+from pack_planner.algorithms import BUILT_IN, Choice, Problem, find_algorithm
 from pack_planner.decision.bin_closing import bin_to_close, next_destination
 from pack_planner.decision.options import DecisionOptions
 from pack_planner.decision.planner import PlaceStep, Planner, RejectStep
@@ -44,7 +44,7 @@ def step(algorithm, boxes, open_bins, **changes):
     return next_step(settings, ENGINE, DecisionState(tuple(boxes), open_bins))
 
 
-@pytest.mark.parametrize('algorithm', ALGORITHMS)
+@pytest.mark.parametrize('algorithm', BUILT_IN)
 def test_every_algorithm_puts_a_box_only_into_a_bin_of_its_destination(algorithm):
     open_bins = bins('north', 'south')
     for destination, index in (('south', 1), ('north', 0)):

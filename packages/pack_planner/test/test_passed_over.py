@@ -11,7 +11,7 @@ from planner_cases import random_box
 
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Bin, BinSpec, Box
-from pack_planner.algorithms import ALGORITHMS, Choice
+from pack_planner.algorithms import BUILT_IN, Choice
 from pack_planner.decision.options import DecisionOptions
 from pack_planner.decision.policy import DecisionState, PassedOver, PolicySettings, due, next_step
 from pack_planner.engine import Engine
@@ -87,7 +87,7 @@ def test_the_limit_holds_on_any_stream(seed, look_ahead, limit, selection, open_
     assert worst <= max(limit, look_ahead - 1)
 
 
-@pytest.mark.parametrize('algorithm', ALGORITHMS)
+@pytest.mark.parametrize('algorithm', BUILT_IN)
 def test_a_box_that_is_due_is_next_for_every_algorithm(algorithm):
     choose = PolicySettings(
         algorithm, PROFILES['paper'], options=DecisionOptions(max_passed_over=5)

@@ -15,6 +15,7 @@ from pack_msgs_py.values import parse_bin
 
 if TYPE_CHECKING:
     from pack_cell.bench.values import Case, Settings, Source
+    from pack_planner.algorithms import AlgorithmSpec
     from pack_planner.decision.options import DecisionOptions
 
 MAX_LOOK_AHEAD = 6
@@ -90,19 +91,20 @@ def cases_of(arguments: argparse.Namespace) -> list[Case]:
         count = arguments.collections or standard
         for look_ahead in looks:
             cases += [
-                Case(name, spec, look_ahead, count, source, backend, cep)
-                for name, backend in algorithms
-                for cep in _contact(arguments, name)
+                Case(name, spec, look_ahead, count, source, backend, cep, algorithm.digest)
+                for name, algorithm, backend in algorithms
+                for cep in _contact(arguments, algorithm)
             ]
     _notes(cases)
     return cases
 
 
-def _algorithms(arguments: argparse.Namespace) -> list[tuple[str, str]]:
-    """Names of algorithms, each with every backend that is asked for, if it has any."""
+def _algorithms(arguments: argparse.Namespace) -> list[tuple[str, AlgorithmSpec, str]]:
+    """Names and algorithms, each with every backend that is asked for, if it has any."""
     from pack_cell.bench import paper
-    from pack_planner.algorithms import ALGORITHMS, WITH_BACKENDS, find_algorithm
+    from pack_planner.algorithms import algorithm_names, find_algorithm
     from pack_planner.algorithms.base import BACKENDS
+    from pack_planner.algorithms.own_file import absolute_name
     from pack_planner.joint.by_solver.solvers import cp_sat_installed
 
     backends = _items(arguments.backend, '--backend', ['search'])
@@ -121,34 +123,35 @@ def _algorithms(arguments: argparse.Namespace) -> list[tuple[str, str]]:
         default = list(paper.NAMES)
     elif 'search' not in backends:
         default = ['mpack_lite']
-    algorithms = _items(arguments.algorithms, '--algorithms', default)
-    if algorithms == ['all']:
-        algorithms = list(ALGORITHMS)
-    found = []
-    for name in algorithms:
-        find_algorithm(name)
-        if name in WITH_BACKENDS:
-            found += [(name, backend) for backend in backends]
+    names = _items(arguments.algorithms, '--algorithms', default)
+    if names == ['all']:
+        names = list(algorithm_names())
+    combinations = []
+    for name in map(absolute_name, names):
+        algorithm = find_algorithm(name)
+        if algorithm.backends:
+            combinations += [(name, algorithm, backend) for backend in backends]
         elif 'search' in backends:
-            found.append((name, 'search'))
+            combinations.append((name, algorithm, 'search'))
         else:
+            able = [other for other in algorithm_names() if find_algorithm(other).backends]
             msg = (
-                f'algorithm {name!r} has no backend {backends[0]!r}: with --backend name '
-                f'{" and ".join(WITH_BACKENDS)} alone in --algorithms'
+                f'algorithm {algorithm.name!r} has no backend {backends[0]!r}: with --backend '
+                f'name {" and ".join(able)} alone in --algorithms'
             )
             raise ValueError(msg)
-    return found
+    return combinations
 
 
-def _contact(arguments: argparse.Namespace, algorithm: str) -> list[bool]:
+def _contact(arguments: argparse.Namespace, algorithm: AlgorithmSpec) -> list[bool]:
     """Whether the constraints for efficient packing hold; both when both are asked for."""
-    from pack_planner.algorithms import WITH_BACKENDS
+    from pack_cell.bench.paper import WITH_CONTACT
 
-    if algorithm not in WITH_BACKENDS:
+    if not algorithm.backends:
         return [False]
     default = ['paper'] if arguments.paper else ['off']
     choices = default if arguments.cep is None else arguments.cep or ['on']
-    in_paper = {'on': True, 'off': False, 'paper': algorithm == 'mpack'}
+    in_paper = {'on': True, 'off': False, 'paper': algorithm.name in WITH_CONTACT}
     return list(dict.fromkeys(in_paper[choice] for choice in choices))
 
 

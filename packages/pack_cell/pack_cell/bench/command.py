@@ -28,6 +28,7 @@ __all__ = ['add_bench', 'run_bench']
 def run_bench(arguments: argparse.Namespace, given: Sequence[str] = ()) -> int:
     """Run the benchmark; return the exit code. ``given`` is the command line, for the report."""
     from pack_cell.bench.cluster import ClusterLost
+    from pack_planner.algorithms import AlgorithmError
     from pack_planner.engine import EngineMismatch
 
     kept = '; what was finished is kept in the --json file' if arguments.json else ''
@@ -36,7 +37,7 @@ def run_bench(arguments: argparse.Namespace, given: Sequence[str] = ()) -> int:
     except (ValueError, OSError) as error:
         print(f'cell bench: {error}', file=sys.stderr)
         return EXIT_USAGE
-    except EngineMismatch as error:
+    except (EngineMismatch, AlgorithmError) as error:
         print(f'cell bench: {error}', file=sys.stderr)
         return EXIT_FAULT
     except ClusterLost as error:

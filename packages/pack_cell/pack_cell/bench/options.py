@@ -39,7 +39,8 @@ def _add_questions(parser: argparse.ArgumentParser) -> None:
     what = parser.add_argument_group('what to compare (lists: commas or spaces)')
     what.add_argument(
         '--algorithms', nargs='+', metavar='NAME',
-        help="names, or 'all' (default first_fit o_first_fit mpack_lite)",
+        help="names, or 'all' (default first_fit o_first_fit mpack_lite); FILE.py:FUNCTION for one "
+        'of your own, see docs/algorithms.md',
     )  # fmt: skip
     what.add_argument(
         '--bins', nargs='+', metavar='KIND',

@@ -21,6 +21,9 @@ NAMES = {
     'mpack': 'MPack',
 }
 
+#: Who packs there with the constraints for efficient packing (CEP).
+WITH_CONTACT = ('mpack',)
+
 BINS = ('LDC', 'RC', 'PAL', 'EQ', 'SYN')
 LOOK_AHEADS = (1, 2, 3, 4, 5)
 OPEN_BINS = 3

@@ -10,7 +10,7 @@ from dataclasses import asdict
 from pack_cell.bench.paper import paper_figures
 from pack_cell.bench.values import Case, JsonObject, Packed, Settings
 from pack_msgs_py.metrics import time_summary
-from pack_planner.algorithms import WITH_BACKENDS
+from pack_planner.algorithms import find_algorithm
 
 #: 97.5 % quantiles of Student's t distribution for 1 to 30 degrees of freedom.
 _T975 = (
@@ -68,9 +68,11 @@ def record(case: Case, settings: Settings, packed: Sequence[Packed]) -> JsonObje
 def identity(case: Case, settings: Settings) -> JsonObject:
     """What a record is about: equal for the same question, whoever asks it."""
     source, profile = case.source, settings.profile
+    algorithm = find_algorithm(case.algorithm, case.digest)
+    own_file = {'algorithm_digest': case.digest} if case.digest else {}
     return {
-        'algorithm': case.algorithm,
-        'backend': case.backend if case.algorithm in WITH_BACKENDS else None,
+        'algorithm': algorithm.name,
+        'backend': case.backend if algorithm.backends else None,
         'bin': case.bin_spec.name,
         'look_ahead': case.look_ahead,
         'profile': profile.name,
@@ -91,6 +93,7 @@ def identity(case: Case, settings: Settings) -> JsonObject:
             'boxes_per_bin': None if source.boxes else settings.boxes_per_bin,
             'shuffle': source.shuffle,
             'boxes_digest': source.digest,
+            **own_file,
         },
     }
 

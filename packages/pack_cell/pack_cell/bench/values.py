@@ -41,6 +41,7 @@ class Source:
 class Case:
     """One record of the benchmark: an algorithm on one kind of bin with one look-ahead.
 
+    ``algorithm`` is a name, or ``/where/it/is/FILE.py:FUNCTION`` with the ``digest`` of that file;
     ``backend`` is who minimises for it, where the algorithm leaves that open; ``cep`` whether the
     constraints for efficient packing hold, in place of the settings' own.
     """
@@ -52,6 +53,7 @@ class Case:
     source: Source
     backend: str = 'search'
     cep: bool = False
+    digest: str = ''
 
 
 @dataclass(frozen=True)

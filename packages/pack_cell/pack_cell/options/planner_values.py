@@ -1,4 +1,4 @@
-"""Parameters of the planner on the command line of ``cell run``: ``--planner NAME=VALUE``."""
+"""Parameters of the planner on the command line of ``cell run``."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from typing import Any
 
 from pack_cell.options.parsers import BadValue
 from pack_msgs_py.parameter_fields import Value, check_value, parameter_fields
+from pack_planner.algorithms import find_algorithm
+from pack_planner.algorithms.own_file import absolute_name
 from pack_planner.parameters import PlannerParameters, settings
 
 #: Parameters that follow from other options of ``cell run``.
@@ -14,6 +16,18 @@ OWN_OPTION = (
     'algorithm', 'profile', 'orientations', 'size_sigmas', 'max_payload_kg', 'look_ahead',
     'deadline_s',
 )  # fmt: skip
+
+
+def algorithm_name(text: str) -> str:
+    """Read the name of an algorithm; of ``FILE.py:FUNCTION`` the path becomes absolute.
+
+    The planner is another process, which may work elsewhere.
+    """
+    try:
+        find_algorithm(text)
+    except ValueError as error:
+        raise BadValue(str(error)) from None
+    return absolute_name(text)
 
 
 def planner_value(text: str) -> tuple[str, Value]:

@@ -31,10 +31,11 @@ from pack_cell.options.parsers import (
     optional_path,
     whole,
 )
-from pack_cell.options.planner_values import planner_value
+from pack_cell.options.planner_values import algorithm_name, planner_value
 from pack_msgs_py.parameter_fields import Value
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import BinSpec
+from pack_planner.algorithms import BUILT_IN
 
 #: Error of the scanner by profile: what one can buy, and none, as in the paper.
 SCAN_SIGMA_MM = {'cell': 2.0, 'paper': 0.0}
@@ -45,13 +46,6 @@ SCAN_SIGMA_KG, SCAN_SIGMA_DEG = 0.02, 0.3
 
 _PACK, _DECIDE, _BELT = 'what to pack', 'how to decide', 'what comes on the belt'
 _ACT, _OUTPUT = 'how to act', 'output'
-
-
-def _algorithms() -> tuple[str, ...]:
-    # Numba takes half a second to load, which only those wait for who choose an algorithm.
-    from pack_planner.algorithms import ALGORITHMS
-
-    return tuple(ALGORITHMS)
 
 
 @dataclass(frozen=True)
@@ -138,7 +132,11 @@ class RunOptions:
         'mpack_lite',
         'packing algorithm',
         _DECIDE,
-        read=OneOf(_algorithms),
+        read=algorithm_name,
+        metavar='NAME',
+        values=f'{", ".join(f"`{name}`" for name in BUILT_IN)}, or one of your own as '
+        '`FILE.py:FUNCTION`',
+        see='algorithms.md',
         parameters=('planner.algorithm',),
         in_summary=True,
     )

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from pack_planner.algorithms.base import Choice, Problem
 from pack_planner.algorithms.ranking import lowest_first, nearest_box, ranked
+from pack_planner.algorithms.registry import algorithm
 from pack_planner.engine import BinModel
 from pack_planner.engine.placements import Spots, all_spots
 from pack_planner.engine.surroundings import gaps
@@ -25,6 +26,7 @@ def least_leftover(spots: Spots, model: BinModel) -> Sequence[NDArray[np.generic
 BEST_SHORT_SIDE_FIT = ranked(all_spots, least_leftover)
 
 
+@algorithm('best_short_side_fit')
 def best_short_side_fit(problem: Problem) -> Choice | None:
     """Put the nearest box where one of its sides fits the free space best.
 

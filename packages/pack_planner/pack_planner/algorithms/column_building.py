@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from pack_planner.algorithms.base import Choice, Problem
 from pack_planner.algorithms.ranking import lowest_first, nearest_box, ranked
+from pack_planner.algorithms.registry import algorithm
 from pack_planner.engine import BinModel
 from pack_planner.engine.placements import Spots, all_spots
 
@@ -22,6 +23,7 @@ def least_spread(spots: Spots, model: BinModel) -> Sequence[NDArray[np.generic]]
 COLUMN_BUILDING = ranked(all_spots, least_spread)
 
 
+@algorithm('column_building')
 def column_building(problem: Problem) -> Choice | None:
     """Put the nearest box as near the origin's corner as it goes, however high.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pack_msgs_py.values import Box
 from pack_planner.algorithms.base import Choice, Problem
 from pack_planner.algorithms.ranking import lowest_first, nearest_box, ranked
+from pack_planner.algorithms.registry import algorithm
 from pack_planner.engine import BinModel, Engine
 from pack_planner.engine.engine import Forbidden
 from pack_planner.engine.placements import Spots, spots_at
@@ -20,6 +21,7 @@ def at_extreme_points(engine: Engine, box: Box, model: BinModel, forbidden: Forb
 FIRST_FIT = ranked(at_extreme_points, lowest_first)
 
 
+@algorithm('first_fit')
 def first_fit(problem: Problem) -> Choice | None:
     """FF of Ojha et al., section IV: extreme points after Crainic, Perboli and Tadei (2008).
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from pack_planner.algorithms.base import Choice, Problem
 from pack_planner.algorithms.ranking import lowest_first, nearest_box, ranked
+from pack_planner.algorithms.registry import algorithm
 from pack_planner.engine import BinModel
 from pack_planner.engine.placements import Spots, all_spots
 
@@ -22,6 +23,7 @@ def lowest_top(spots: Spots, model: BinModel) -> Sequence[NDArray[np.generic]]:
 FLOOR_BUILDING = ranked(all_spots, lowest_top)
 
 
+@algorithm('floor_building')
 def floor_building(problem: Problem) -> Choice | None:
     """Put the nearest box where its top is lowest: the floor fills first, then layer on layer.
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from pack_planner.algorithms.base import Choice, Problem
 from pack_planner.algorithms.ranking import lowest_first, nearest_box, ranked
+from pack_planner.algorithms.registry import algorithm
 from pack_planner.engine import BinModel
 from pack_planner.engine.placements import Spots, all_spots
 from pack_planner.engine.surroundings import lost_volume
@@ -25,6 +26,7 @@ def growth(spots: Spots, model: BinModel) -> Sequence[NDArray[np.generic]]:
 HEIGHTMAP_MIN = ranked(partial(all_spots, far_ends=True), growth)
 
 
+@algorithm('heightmap_min')
 def heightmap_min(problem: Problem) -> Choice | None:
     """Put the nearest box where the sum of the height map grows least.
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from pack_planner.algorithms.base import Choice, Problem
 from pack_planner.algorithms.ranking import lowest_first, nearest_box, ranked
+from pack_planner.algorithms.registry import algorithm
 from pack_planner.engine import BinModel
 from pack_planner.engine.placements import Spots, all_spots
 
@@ -24,6 +25,7 @@ def surface(spots: Spots, model: BinModel) -> Sequence[NDArray[np.generic]]:
 LSAH = ranked(all_spots, surface)
 
 
+@algorithm('lsah')
 def lsah(problem: Problem) -> Choice | None:
     """Put the nearest box where the surface of the packing's bounding box grows least.
 

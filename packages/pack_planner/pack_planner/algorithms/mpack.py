@@ -11,6 +11,7 @@ from pack_msgs_py.codes import PlacementStatus
 from pack_msgs_py.values import Bin, BinSpec, Box
 from pack_planner.algorithms.base import Choice, Problem
 from pack_planner.algorithms.incumbent import best_incumbent, greedy
+from pack_planner.algorithms.registry import algorithm
 from pack_planner.algorithms.selection import selection_key, selection_rule
 from pack_planner.engine import Candidate, Engine
 from pack_planner.engine.engine import nothing_forbidden
@@ -183,3 +184,6 @@ def warm_up(engine: Engine) -> None:
         grouped.run(lambda: False)
     if cp_sat_installed():
         solve_joint(engine, boxes, bins, nothing_forbidden, None, 'cp_sat', 1.0, reach=search.reach)
+
+
+algorithm('mpack', backends=True, alternatives='mpack_lite', prepare=warm_up)(mpack)

@@ -10,6 +10,7 @@ from pack_msgs_py.codes import PlacementStatus
 from pack_msgs_py.values import Box
 from pack_planner.algorithms.base import Choice, Problem
 from pack_planner.algorithms.opack import opack
+from pack_planner.algorithms.registry import algorithm
 from pack_planner.engine import BinModel, Candidate, Engine
 from pack_planner.engine.engine import Forbidden
 from pack_planner.joint.by_solver.solvers import solve_joint
@@ -29,6 +30,7 @@ def touching_objective(
     return engine.best_placement(box, bins, forbidden, cep=True)
 
 
+@algorithm('mpack_lite', backends=True)
 def mpack_lite(problem: Problem) -> Choice | None:
     """Choose by MPackLite; every virtual step is a proven optimum.
 

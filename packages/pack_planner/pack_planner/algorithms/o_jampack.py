@@ -6,6 +6,7 @@ from pack_msgs_py.values import Box
 from pack_planner.algorithms.base import Choice, Problem
 from pack_planner.algorithms.opack import opack
 from pack_planner.algorithms.ranking import lowest_first, ranked
+from pack_planner.algorithms.registry import algorithm
 from pack_planner.engine import BinModel, Engine
 from pack_planner.engine.engine import Forbidden
 from pack_planner.engine.placements import Spots, spots_at
@@ -21,6 +22,7 @@ def at_corner_points(engine: Engine, box: Box, model: BinModel, forbidden: Forbi
 JAMPACK = ranked(at_corner_points, lowest_first)
 
 
+@algorithm('o_jampack')
 def o_jampack(problem: Problem) -> Choice | None:
     """Choose by OPack over an approximation of Jampack.
 

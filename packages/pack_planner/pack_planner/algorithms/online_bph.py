@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from pack_planner.algorithms.base import Choice, Problem
 from pack_planner.algorithms.ranking import lowest_first, nearest_box, ranked
+from pack_planner.algorithms.registry import algorithm
 from pack_planner.engine import BinModel
 from pack_planner.engine.placements import Spots, all_spots
 from pack_planner.engine.surroundings import gaps
@@ -25,6 +26,7 @@ def deepest_then_tightest(spots: Spots, model: BinModel) -> Sequence[NDArray[np.
 ONLINE_BPH = ranked(all_spots, deepest_then_tightest)
 
 
+@algorithm('online_bph')
 def online_bph(problem: Problem) -> Choice | None:
     """Put the nearest box into the deepest-bottom-left space, turned to leave least margin.
 

@@ -32,6 +32,7 @@ from pack_msgs_py.values import Box
 from pack_planner.algorithms.base import Choice, Problem
 from pack_planner.algorithms.mpack_lite import least_objective
 from pack_planner.algorithms.opack import opack
+from pack_planner.algorithms.registry import algorithm
 from pack_planner.engine import BinModel
 from pack_planner.engine.placements import Spots, all_spots
 from pack_planner.engine.surroundings import lost_volume, sides
@@ -61,6 +62,7 @@ class _Move:
 _Moves = dict[tuple[int, int], list[_Move]]
 
 
+@algorithm('rollout')
 def rollout(problem: Problem) -> Choice | None:
     """Choose by rollout, see the module; where it sees no move at all, as MPackLite does.
 

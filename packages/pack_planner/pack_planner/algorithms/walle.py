@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pack_msgs_py.values import Box
 from pack_planner.algorithms.base import Choice, Problem
 from pack_planner.algorithms.ranking import lowest_first, nearest_box, ranked
+from pack_planner.algorithms.registry import algorithm
 from pack_planner.engine import BinModel, Engine
 from pack_planner.engine.engine import Forbidden
 from pack_planner.engine.placements import Spots, all_spots
@@ -35,6 +36,7 @@ def score(spots: Spots, model: BinModel) -> Sequence[NDArray[np.generic]]:
 WALLE = ranked(flush_spots, score)
 
 
+@algorithm('walle')
 def walle(problem: Problem) -> Choice | None:
     """Put the nearest box where it stands most like part of a wall.
 

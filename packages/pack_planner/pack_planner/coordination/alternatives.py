@@ -15,10 +15,9 @@ from pack_planner.decision.policy import DecisionState, PolicySettings
 
 
 def quick(settings: PolicySettings) -> PolicySettings:
-    """``settings`` for naming alternatives: those of MPack come from MPackLite, in milliseconds."""
-    if settings.algorithm == 'mpack':
-        settings = replace(settings, algorithm='mpack_lite')
-    return replace(settings, backend='search')
+    """``settings`` for naming alternatives, which must not take long."""
+    algorithm = settings.spec.alternatives or settings.algorithm
+    return replace(settings, algorithm=algorithm, backend='search')
 
 
 @dataclass(frozen=True)

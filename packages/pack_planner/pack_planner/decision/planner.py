@@ -15,7 +15,13 @@ from pack_msgs_py.values import Bin, Box, PlacedBox
 from pack_planner.algorithms.base import Memory
 from pack_planner.algorithms.warm_up import warm_up
 from pack_planner.decision.bin_closing import next_destination
-from pack_planner.decision.policy import DecisionState, PolicySettings, by_wait, next_step
+from pack_planner.decision.policy import (
+    DecisionState,
+    PolicySettings,
+    by_wait,
+    check_choice,
+    next_step,
+)
 from pack_planner.engine import Engine, Weights
 
 __all__ = [
@@ -115,7 +121,7 @@ class Planner:
             return CloseStep(choice, next_destination(choice, by_wait(state), left))
         candidate = choice.candidate
         target = state.bins[candidate.bin_index]
-        engine.check(candidate, target)
+        check_choice(self._settings, engine, state, choice)
         placed = candidate.placed
         return PlaceStep(
             Decision(
@@ -128,7 +134,7 @@ class Planner:
                 size_mm=placed.size_mm,
                 target=target_pose(placed, target),
                 objective=candidate.objective,
-                algorithm=self._settings.algorithm,
+                algorithm=self._settings.spec.name,
                 profile=self._settings.profile.name,
                 status=choice.status,
                 reason=choice.reason,
@@ -139,7 +145,7 @@ class Planner:
     def _reject(self, box: Box, reason: Reason, text: str, started: float) -> Decision:
         return Decision(
             box=box,
-            algorithm=self._settings.algorithm,
+            algorithm=self._settings.spec.name,
             profile=self._settings.profile.name,
             status=PlacementStatus.REJECT,
             reject_reason=reason,

@@ -8,26 +8,34 @@ from dataclasses import dataclass, field, replace
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.rules import may_enter
 from pack_msgs_py.values import Bin, Box
-from pack_planner.algorithms import Choice, Problem, find_algorithm
+from pack_planner.algorithms import Algorithm, AlgorithmSpec, Choice, Problem, find_algorithm
 from pack_planner.algorithms.base import Memory
 from pack_planner.decision.bin_closing import bin_to_close
 from pack_planner.decision.options import DecisionOptions
 from pack_planner.decision.refusals import Forbidden
 from pack_planner.decision.weights import WeightTable
-from pack_planner.engine import Engine
+from pack_planner.engine import Engine, EngineMismatch
 
 
 @dataclass(frozen=True)
 class PolicySettings:
-    """How to decide: algorithm, rules, weights, what it may cost, and :class:`DecisionOptions`."""
+    """How to decide: algorithm, rules, weights, what it may cost, and :class:`DecisionOptions`.
 
-    algorithm: str
+    ``algorithm`` is what :func:`pack_planner.algorithms.find_algorithm` takes.
+    """
+
+    algorithm: str | Algorithm
     profile: Profile
     weights: WeightTable = field(default_factory=WeightTable)
     budget_s: float = 5.0
     node_limit: int | None = None
     backend: str = 'search'
     options: DecisionOptions = field(default_factory=DecisionOptions)
+
+    @property
+    def spec(self) -> AlgorithmSpec:
+        """The algorithm; ``ValueError`` when there is none of that name."""
+        return find_algorithm(self.algorithm)
 
 
 @dataclass(frozen=True)
@@ -69,7 +77,7 @@ def next_step(
     models = tuple(engine.model(one) for one in state.bins)
 
     def choose(*, cep: bool) -> Choice | None:
-        return find_algorithm(settings.algorithm)(
+        return settings.spec(
             Problem(
                 engine, boxes, models, state.forbidden, settings.budget_s, settings.node_limit,
                 memory, settings.backend, cep, options.sort, options.selection,
@@ -84,6 +92,35 @@ def next_step(
     if closing is None and options.cep:
         return choose(cep=False)
     return closing
+
+
+def check_choice(
+    settings: PolicySettings, engine: Engine, state: DecisionState, choice: Choice
+) -> None:
+    """Hold a choice against the packing rules once more.
+
+    Raises
+    ------
+    EngineMismatch
+        It breaks a rule, or is about a box or a bin that was not on offer. From a built-in
+        algorithm that is a defect of this package.
+    """
+    candidate = choice.candidate
+    box, index = candidate.placed.box, candidate.bin_index
+    if box not in state.boxes:
+        broken = f'box {box.id!r} is not on offer'
+    elif not 0 <= index < len(state.bins):
+        broken = f'there is no bin {index}, only 0 to {len(state.bins) - 1}'
+    else:
+        broken = engine.broken_rules(candidate, state.bins[index])
+    if not broken:
+        return
+    algorithm = settings.spec
+    if algorithm.is_built_in:
+        msg = f'engine and rules disagree: {broken}; please report this'
+    else:
+        msg = f'algorithm {algorithm.name!r} chose a placement that the rules forbid: {broken}'
+    raise EngineMismatch(msg)
 
 
 def _is_served(box: Box, bins: Sequence[Bin]) -> bool:

@@ -29,7 +29,7 @@ _MODELS_KEPT = 16
 
 
 class EngineMismatch(RuntimeError):
-    """The engine chose a placement that the packing rules forbid: a defect, never the input's."""
+    """What was chosen breaks a packing rule: a defect of the algorithm, never the input's."""
 
 
 @dataclass(frozen=True)
@@ -215,23 +215,11 @@ class Engine:
                 return f'weighs {box.weight_kg:g} kg, {what} {limit:g} kg'
         return ''
 
-    def check(self, candidate: Candidate, target: Bin) -> None:
-        """Hold a chosen placement against the packing rules once more.
-
-        Raises
-        ------
-        EngineMismatch
-            A rule is broken: the engine and :mod:`pack_msgs_py.rules` disagree.
-        """
-        broken = list(
-            violations(
-                candidate.placed, target.boxes, target.spec, self.profile, target.destination
-            )
-        )
-        if broken:
-            text = '; '.join(str(one) for one in broken)
-            msg = f'engine and rules disagree in bin {target.id!r}: {text}; please report this'
-            raise EngineMismatch(msg)
+    def broken_rules(self, candidate: Candidate, target: Bin) -> str:
+        """What :mod:`pack_msgs_py.rules` says against a placement; empty when nothing."""
+        placed = candidate.placed
+        broken = violations(placed, target.boxes, target.spec, self.profile, target.destination)
+        return '; '.join(str(violation) for violation in broken)
 
     def _search(
         self, box: Box, turns: _Turns, model: BinModel, index: int,

@@ -1,0 +1,1 @@
+"""Whole streams of boxes packed without belt, arm or ROS: for researchers and the benchmark."""
