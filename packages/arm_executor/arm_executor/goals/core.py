@@ -6,7 +6,6 @@ told through ``emit`` in the order in which it must be heard, from either thread
 
 from __future__ import annotations
 
-import math
 import queue
 import threading
 import time
@@ -18,8 +17,10 @@ from arm_executor.bins.book import BinBook, BookError
 from arm_executor.bins.journal import JournalError
 from arm_executor.bins.records import Step
 from arm_executor.goals.admission import AdmissionState, PlaceGoal, Refusal, admit
+from arm_executor.goals.after_stop import clear_gripper
 from arm_executor.goals.belt_view import BeltClock, BeltView
 from arm_executor.goals.candidates import CandidateChecker, CandidateView, foresee
+from arm_executor.goals.early_goals import EarlyGoals
 from arm_executor.goals.outputs import (
     BinClosed,
     BinsChanged,
@@ -34,16 +35,15 @@ from arm_executor.goals.outputs import (
 )
 from arm_executor.goals.placing import Placing, Tools
 from arm_executor.goals.plan_cache import PlanCache
+from arm_executor.goals.reports import refusal_report
 from arm_executor.model.arm_interface import Arm
 from arm_executor.parameters import ExecutorSettings
-from pack_msgs_py.cell_values import Report, Scan
-from pack_msgs_py.codes import ErrorCode, Mode, Reason
+from pack_msgs_py.cell_values import Scan
+from pack_msgs_py.codes import ErrorCode, Mode
 from pack_msgs_py.values import Bin
 
 #: An arm that does not come to rest so long after the watchdog stopped it is a fault.
 HUNG_S = 3.0
-#: A goal may overtake the scan that it rests on, which comes by another topic, by this much.
-EARLY_S = 0.5
 
 
 class ExecutorCore:
@@ -80,7 +80,7 @@ class ExecutorCore:
         self._checker = CandidateChecker(self._view, emit)
         self._in_world: tuple[int, ...] = ()
         self._placing: Placing | None = None
-        self._early: list[tuple[PlaceGoal, float]] = []
+        self._early = EarlyGoals(self._belt, steady)
         self._paused = False
         self._protective_stop = self._stop_wanted = ''
         self._fault = ''
@@ -142,18 +142,12 @@ class ExecutorCore:
     def tick(self) -> None:
         """Go on with goals that came before their scan, watch the motion; call it now and then."""
         self._watch()
-        early, self._early = self._early, []
-        for goal, until_s in early:
-            if self._is_early(goal) and self._steady() < until_s:
-                self._early.append((goal, until_s))
-            else:
-                self._admit(goal)
+        for goal in self._early.due():
+            self._admit(goal)
 
     def submit(self, goal: PlaceGoal) -> None:
         """Admit ``goal`` and have it done, or refuse it; either way it ends in one report."""
-        if self._is_early(goal):
-            self._early.append((goal, self._steady() + EARLY_S))
-        else:
+        if not self._early.kept(goal):
             self._admit(goal)
 
     def _watch(self) -> None:
@@ -178,45 +172,27 @@ class ExecutorCore:
             placing.halt(ErrorCode.PROTECTIVE_STOP, text)
             self._belt.wake()
 
-    def _is_early(self, goal: PlaceGoal) -> bool:
-        scan = self._belt.scan
-        return goal.decision.scan_sequence > (0 if scan is None else scan.sequence)
-
     def _admit(self, goal: PlaceGoal) -> None:
         now_s = self._wall()
-        refusal = admit(goal, self._situation(now_s))
+        refusal = admit(goal, self._admission_state(now_s))
         if refusal is not None:
-            self._emit(Finished(self.refusal_report(goal, refusal)))
+            self.refuse(goal, refusal)
             return
         placing = Placing(goal, now_s, self._steady())
         self._placing = placing
         self._jobs.put(lambda: self._place(placing))
 
-    def refusal_report(self, goal: PlaceGoal, refusal: Refusal) -> Report:
-        """Report of a goal that was refused at once."""
-        decision, now_s = goal.decision, self._wall()
-        return Report(
-            box_id=decision.box.id,
-            bin_id=decision.bin_id,
-            bin_serial=decision.bin_serial,
-            bin_revision=decision.bin_revision,
-            code=refusal.code,
-            message=refusal.message,
-            commanded=decision.target,
-            slack_s=goal.deadline_s - now_s if math.isfinite(goal.deadline_s) else 0.0,
-            goal_id=goal.goal_id,
-            stamp_s=now_s,
-        )
+    def refuse(self, goal: PlaceGoal, refusal: Refusal) -> None:
+        """End ``goal`` before anything moves."""
+        self._emit(Finished(refusal_report(goal, refusal, self._wall())))
 
     def cancel(self, goal_id: bytes) -> None:
         """Stop the goal; its report says how it ended. Too late once the pad lets go."""
         placing = self._placing
         if placing is not None and placing.goal.goal_id == goal_id:
             self._stop_motion()
-        for goal, until_s in [one for one in self._early if one[0].goal_id == goal_id]:
-            self._early.remove((goal, until_s))
-            refusal = Refusal(ErrorCode.CANCELED, 'canceled before it was looked at')
-            self._emit(Finished(self.refusal_report(goal, refusal)))
+        for goal in self._early.removed(goal_id):
+            self.refuse(goal, Refusal(ErrorCode.CANCELED, 'canceled before it was looked at'))
 
     def check(self, ticket: Ticket, goals: Sequence[PlaceGoal], enough_s: float = 0.0) -> None:
         """Ask the arm; see :meth:`~arm_executor.goals.candidates.CandidateChecker.check`."""
@@ -226,9 +202,9 @@ class ExecutorCore:
         # First what is under way, then what there is: the other way round a placement that ends
         # in between would be neither.
         placing, attempt = self._placing, self._book.attempt
-        situation = self._situation(self._wall())
-        serials = tuple(one.serial for one in situation.bins.bins)
-        view = CandidateView(situation, self._tools, in_step=serials == self._in_world)
+        state = self._admission_state(self._wall())
+        serials = tuple(bin_.serial for bin_ in state.bins.bins)
+        view = CandidateView(state, self._tools, in_step=serials == self._in_world)
         return foresee(view, placing, under_way=attempt is not None)
 
     def swap(self, bin_id: str, revision: int, destination: str = '') -> Bin:
@@ -264,7 +240,7 @@ class ExecutorCore:
         """After a protective stop: box back to the belt, and on. Answers (success, message)."""
         self._jobs.put(lambda: self._reset(ticket))
 
-    def _situation(self, now_s: float) -> AdmissionState:
+    def _admission_state(self, now_s: float) -> AdmissionState:
         status = self.status()
         placing = self._placing
         return AdmissionState(
@@ -363,23 +339,10 @@ class ExecutorCore:
     def _leave_protective_stop(self) -> tuple[bool, str]:
         if not self._protective_stop:
             return False, f'mode is {self.status().mode.name}; only a protective stop can be reset'
-        tools, attempt = self._ready(), self._book.attempt
-        self._plans.clear()
-        text = 'the gripper was empty'
-        if attempt is not None:
-            box_id = attempt.placed.box.id
-            if tools.arm.return_to_belt():
-                text = f'box {box_id!r} is back on the belt'
-                self._emit(Happened(self._book.returned(Reason.OPERATOR, 'reset by the operator')))
-            elif tools.arm.holds() is None:
-                text = f'box {box_id!r} is no longer in the gripper'
-                self._emit(Happened(self._book.lost(text)))
-            else:
-                return False, f'box {box_id!r} cannot be brought back to the belt; try again'
-        if not tools.arm.withdraw():
-            text += '; the arm cannot go back to where it waits, and stays where it is'
-        self._protective_stop = self._stop_wanted = ''
-        return True, text
+        cleared, text = clear_gripper(self._ready())
+        if cleared:
+            self._protective_stop = self._stop_wanted = ''
+        return cleared, text
 
     def _fail(self, error: Exception) -> None:
         """Something that should not happen has: stand still, say so, wait for a person."""
@@ -395,5 +358,4 @@ class ExecutorCore:
             except Exception as second:
                 self._emit(Said('error', f'the journal cannot be written: {second}'))
         if placing is not None:
-            refusal = Refusal(ErrorCode.UNKNOWN, self._fault)
-            self._emit(Finished(self.refusal_report(placing.goal, refusal)))
+            self.refuse(placing.goal, Refusal(ErrorCode.UNKNOWN, self._fault))

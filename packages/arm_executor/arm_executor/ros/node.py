@@ -173,8 +173,7 @@ class ArmExecutor(Node):
             goal = goal_from_ros(handle.request, goal_id)
         except ValueError as error:
             goal = unusable_goal(handle.request, goal_id)
-            refusal = Refusal(ErrorCode.INVALID_GOAL, str(error))
-            self._emit(Finished(self._core.refusal_report(goal, refusal)))
+            self._core.refuse(goal, Refusal(ErrorCode.INVALID_GOAL, str(error)))
         else:
             self._core.submit(goal)
         self._drain()
