@@ -40,7 +40,8 @@ from arm_executor.motion.path import (
 )
 from arm_executor.motion.planner import _BOLD, PATH_STEP, _Paths
 from arm_executor.motion.stances import find_stances
-from arm_executor.motion.template import find_way, make_task
+from arm_executor.motion.task import make_task
+from arm_executor.motion.template import find_way
 from arm_executor.motion.timing import Load
 from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.codes import ErrorCode

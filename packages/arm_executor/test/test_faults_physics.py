@@ -20,7 +20,7 @@ from test_core import Bench
 from arm_executor.arms.physics.arm import PhysicsArm
 from arm_executor.goals.outputs import Finished, Progress, Replied
 from arm_executor.model.layout import bin_frame
-from arm_executor.motion.template import hover_point
+from arm_executor.motion.task import hover_point
 from pack_msgs_py.codes import ErrorCode, Mode, Phase
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Box

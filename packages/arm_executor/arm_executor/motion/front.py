@@ -33,7 +33,9 @@ from arm_executor.motion.path import (
     within_limits,
 )
 from arm_executor.motion.planned import PlannedMotion
-from arm_executor.motion.template import PathStyle, Site, Stance, Task, find_way, make_task
+from arm_executor.motion.stances import Stance
+from arm_executor.motion.task import Site, Task, make_task
+from arm_executor.motion.template import PathStyle, find_way
 from arm_executor.motion.timing import Load, Timing
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.geometry.pose import Pose, metres, yaw_of

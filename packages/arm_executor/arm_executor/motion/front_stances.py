@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from arm_executor.model.kinematics import BRANCHES, CellKinematics
 from arm_executor.motion.path import within_limits
 from arm_executor.motion.stances import least_seconds
-from arm_executor.motion.template import Task
+from arm_executor.motion.task import Task
 from arm_executor.motion.timing import Timing
 from pack_msgs_py.values import Vec3
 

@@ -31,18 +31,10 @@ from arm_executor.motion.path import (
     within_limits,
 )
 from arm_executor.motion.planned import PlannedMotion
-from arm_executor.motion.stances import find_stances
+from arm_executor.motion.stances import Stance, find_stances
 from arm_executor.motion.swing import Obstacles
-from arm_executor.motion.template import (
-    PathStyle,
-    Site,
-    Stance,
-    Task,
-    find_way,
-    hover_point,
-    make_task,
-    nearest,
-)
+from arm_executor.motion.task import Site, Task, hover_point, make_task
+from arm_executor.motion.template import PathStyle, find_way, nearest
 from arm_executor.motion.timing import Load, MotionLimits, Timing, Trajectory, joined
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.geometry.pose import Pose, metres, stands_upright

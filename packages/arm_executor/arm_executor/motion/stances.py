@@ -6,12 +6,13 @@ Only inverse kinematics at five points and an estimate of time; collisions come 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arm_executor.model.kinematics import BRANCHES, CellKinematics
-from arm_executor.motion.template import Stance, Task
+from arm_executor.motion.task import Task
 from arm_executor.motion.timing import Timing
 
 Array = NDArray[np.float64]
@@ -26,6 +27,20 @@ _ELBOW_UP = tuple(i for i, (shoulder, _, elbow) in enumerate(BRANCHES) if should
 _OVERLAP = 0.75
 #: Seconds by which another posture must be quicker, since it mostly pays for one box only.
 _SWITCH_S = 0.5
+
+
+@dataclass(frozen=True)
+class Stance:
+    """How the arm stands: posture (branch), and places on the rail.
+
+    ``around`` is 0, or a whole turn to swing the other way round.
+    """
+
+    estimate: float
+    branch: int
+    pick_rail: float
+    place_rail: float
+    around: float = 0.0
 
 
 def find_stances(

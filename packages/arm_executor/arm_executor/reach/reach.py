@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from arm_executor.model.kinematics import BRANCHES, HOME_POSTURE, CellKinematics
 from arm_executor.model.layout import Layout, LayoutError, bin_frame, lifting_limit, pick_pose
 from arm_executor.model.robot_data import find_robot
-from arm_executor.motion.template import hover_point
+from arm_executor.motion.task import hover_point
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import BinSpec, Box, Vec3
 

@@ -18,7 +18,7 @@ from arm_executor.model.robot_data import find_robot
 from arm_executor.motion.collision import PlanningWorld
 from arm_executor.motion.path import JointPath
 from arm_executor.motion.planner import MotionPlanner
-from arm_executor.motion.template import Site
+from arm_executor.motion.task import Site
 from arm_executor.motion.timing import MotionLimits
 from arm_executor.reach.reach import PROBE_MM, configurations, pad_points, probe_box, probe_places
 from pack_msgs_py.geometry.pose import Pose, metres

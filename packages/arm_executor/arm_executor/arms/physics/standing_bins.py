@@ -11,7 +11,7 @@ from arm_executor.arms.physics.world import PhysicsWorld
 from arm_executor.model.arm_interface import MotionError, MotionUnderWay
 from arm_executor.model.layout import BinFrame, Layout, bin_blocks, bin_frame, check_layout
 from arm_executor.motion.collision import PlanningWorld
-from arm_executor.motion.template import Site, StandingBox
+from arm_executor.motion.task import Site, StandingBox
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.geometry.pose import Pose, corner_distance, extent, folded, metres, turn_between
 from pack_msgs_py.values import Bin, BinSpec, Vec3
