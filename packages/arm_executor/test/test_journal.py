@@ -9,18 +9,21 @@ import sqlite3
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from executor_cases import CELL, LDC, make_box, make_decision
 
 from arm_executor.bins.book import BinBook
 from arm_executor.bins.journal import Journal, JournalError
-from arm_executor.bins.records import configuration, placed_from_json, placed_of, placed_to_json
+from arm_executor.bins.records import Step, configuration, placed_of
+from pack_msgs_py.box_codec import placed_from_json, placed_to_json
 from pack_msgs_py.codes import BoxEventKind, Reason
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Box, parse_bin
 
+DATA = Path(__file__).parent / 'data'
 CONFIG = configuration(LDC, CELL)
 MEASURED = Pose((0.151, 0.101, 0.075), (0.0, 0.0, 0.0, 1.0))
 
@@ -172,6 +175,38 @@ def test_everything_about_a_box_comes_back():
     again = placed_from_json(placed_to_json(placed))
     assert again == placed
     assert again.box.extra == box.extra
+
+
+def test_a_journal_of_release_0_1_is_read(tmp_path):
+    """A cage with one box in it and one in the gripper, as that release left it."""
+    with sqlite3.connect(tmp_path / 'executor.sqlite') as db:
+        db.executescript((DATA / 'journal_of_0_1.sql').read_text(encoding='utf-8'))
+    db.close()
+    journal = Journal(tmp_path, configuration(parse_bin('RC'), CELL))
+    [cage] = journal.open_bins()
+    assert cage.spec == parse_bin('RC')
+    [placed] = cage.boxes
+    assert placed.box == Box(
+        'ö "1"', (300.5, 200.25, 100.0), 2.5, (0.1, 0.2, -0.3), 16, 12.5, 'Oslo', (2.0, 1.5, 0.5)
+    )
+    assert placed.box.extra == (('row', '7'),)
+    assert (placed.orientation, placed.size_mm) == ('yxz', (210, 310, 100))
+    assert placed.measured_mm == (103.0, 152.0, 50.1)
+    [held] = journal.pending()
+    assert (held.placed.box.id, held.step) == ('box-2', Step.PICKED)
+    assert held.target.position == (0.15, 0.41, 0.075)
+    journal.close()
+
+
+def test_a_journal_with_a_damaged_record_says_which_and_what_to_do(tmp_path):
+    book = started(tmp_path)
+    STEPS['planned'](book)
+    book._journal._db.execute("UPDATE attempt SET placed = '{}'")
+    book._journal.close()
+    journal = Journal(tmp_path, CONFIG)
+    with pytest.raises(JournalError, match=r'cannot read placement 1 .* lacks box.* move the file'):
+        journal.pending()
+    journal.close()
 
 
 def test_a_journal_of_another_bin_is_refused_and_kept(tmp_path):

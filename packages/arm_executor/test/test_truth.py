@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import shutil
 import threading
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from executor_cases import LAYOUT, LDC, make_box, make_decision, pick_of
@@ -122,3 +124,19 @@ def test_a_placement_may_rest_on_tops_as_they_were_measured_but_nowhere_else():
 
     assert errors(0.0) == errors(3.0) == []
     assert len(errors(5.0)) == len(errors(-2.0)) == 1
+
+
+def test_true_boxes_of_release_0_1_are_read(tmp_path):
+    old = Path(__file__).parent / 'data' / 'true_boxes_of_0_1.json'
+    shutil.copy(old, tmp_path / 'true_boxes.json')
+    true = Truth(tmp_path).find('ö "1"')
+    assert (true.box.size_mm, true.box.extra) == ((300.5, 200.25, 100.0), (('row', '7'),))
+    assert true.pose == Pose((0.01, 0.65, 0.8), (0.0, 0.0, 0.6, 0.8))
+
+
+def test_a_list_of_true_boxes_that_is_damaged_is_named_with_what_to_do(tmp_path):
+    (tmp_path / 'true_boxes.json').write_text('[{"box": {"id": "a"}}]')
+    with pytest.raises(
+        ValueError, match=r'true_boxes\.json cannot be used: .* lacks size_mm.* move'
+    ):
+        Truth(tmp_path)

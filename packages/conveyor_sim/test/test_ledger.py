@@ -8,8 +8,16 @@ import sys
 
 import pytest
 
-from conveyor_sim.ledger.ledger import FILE_NAME, BoxRecord, Ledger, LedgerError, Place
+from conveyor_sim.ledger.ledger import (
+    FILE_NAME,
+    INSERTED_FROM,
+    BoxRecord,
+    Ledger,
+    LedgerError,
+    Place,
+)
 from pack_msgs_py.codes import Reason
+from pack_msgs_py.values import Box
 
 RECORDS = [
     BoxRecord(0, 'a', Place.PICKED, 0, 2, stamp_ns=1_700_000_000_000_000_001, returned=True),
@@ -103,3 +111,20 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path):
     (tmp_path / 'file').write_text('')
     with pytest.raises(LedgerError, match='file'):
         make(tmp_path / 'file' / 'state')
+
+
+def test_a_box_inserted_by_release_0_1_is_read_and_a_damaged_one_is_named(tmp_path):
+    ledger = make(tmp_path)
+    row = (
+        '{"id": "plain", "size_mm": [300.0, 200.0, 100.0], "weight_kg": 1.5, '
+        '"com_offset_mm": [0.0, 0.0, 0.0], "allowed_up": 63, "max_top_load_n": null, '
+        '"destination": "", "size_stddev_mm": [0.0, 0.0, 0.0], "extra": [["row", "7"]]}'
+    )
+    ledger._db.execute('INSERT INTO inserted VALUES (?, ?)', (INSERTED_FROM, row))
+    [box] = ledger.inserted().values()
+    assert box == Box('plain', (300.0, 200.0, 100.0), 1.5)
+    assert box.extra == (('row', '7'),)
+    assert ledger.insert(Box('next', (1.0, 2.0, 3.0))) == INSERTED_FROM + 1
+    ledger._db.execute("UPDATE inserted SET box = '{}'")
+    with pytest.raises(LedgerError, match='cannot be used: box record lacks id, size_mm'):
+        ledger.inserted()

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 from pack_msgs_py.geometry.pose import Pose, Quaternion
+from pack_msgs_py.orientation import ORIENTATIONS
 from pack_msgs_py.values import Int3, Vec3
 
 
@@ -65,3 +66,11 @@ def check_whole_mm(name: str, value_m: Sequence[float]) -> Int3:
             msg = f'{name}.{axis} is {exact:.3f} mm; it must be a whole number of millimetres'
             raise InvalidValue(msg)
     return (x, y, z)
+
+
+def check_orientation(text: str) -> str:
+    """``text`` if it names one of the six orientations."""
+    if text not in ORIENTATIONS:
+        msg = f'orientation {text!r} must be one of {", ".join(ORIENTATIONS)}'
+        raise InvalidValue(msg)
+    return text

@@ -10,10 +10,11 @@ import json
 import os
 import threading
 from collections.abc import Collection, Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 from arm_executor.model.arm_interface import PlaceRequest
+from pack_msgs_py.box_codec import box_from_data, box_to_data, pose_from_data, pose_to_data
 from pack_msgs_py.geometry.pose import Pose, conjugate, quaternion_product, rotated
 from pack_msgs_py.values import Box
 
@@ -47,8 +48,7 @@ class Truth:
         self._on_belt: dict[str, TrueBox] = {}
         self._picked: dict[str, TrueBox] = {}
         if self._path is not None and self._path.exists():
-            rows = json.loads(self._path.read_text(encoding='utf-8'))
-            self._picked = {row['box']['id']: _from_json(row) for row in rows}
+            self._picked = {true.box.id: true for true in _read(self._path)}
 
     def update(self, boxes: Iterable[TrueBox]) -> None:
         """These are on the belt now."""
@@ -86,15 +86,21 @@ class Truth:
         if self._path is None:
             return
         draft = self._path.with_suffix('.new')
-        draft.write_text(json.dumps([asdict(one) for one in self._picked.values()]))
+        rows = [
+            {'box': box_to_data(true.box), 'pose': pose_to_data(true.pose)}
+            for true in self._picked.values()
+        ]
+        draft.write_text(json.dumps(rows), encoding='utf-8')
         os.replace(draft, self._path)
 
 
-def _from_json(row: dict[str, dict[str, object]]) -> TrueBox:
-    def tuples(values: dict[str, object]) -> dict[str, object]:
-        return {key: tuple(v) if isinstance(v, list) else v for key, v in values.items()}
-
-    return TrueBox(Box(**tuples(row['box'])), Pose(**tuples(row['pose'])))  # type: ignore[arg-type]
+def _read(path: Path) -> list[TrueBox]:
+    try:
+        rows = json.loads(path.read_text(encoding='utf-8'))
+        return [TrueBox(box_from_data(row['box']), pose_from_data(row['pose'])) for row in rows]
+    except (ValueError, KeyError, TypeError) as error:
+        msg = f'{path} cannot be used: {error}; move the file away, and boxes are as scanned'
+        raise ValueError(msg) from error
 
 
 def mismatch(scanned: Box, true: Box) -> str:

@@ -16,14 +16,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from arm_executor.bins.records import (
-    Attempt,
-    Step,
-    placed_from_json,
-    placed_to_json,
-    pose_from_json,
-    pose_to_json,
-)
+from arm_executor.bins.records import Attempt, Step
+from pack_msgs_py.box_codec import placed_from_json, placed_to_json, pose_from_json, pose_to_json
 from pack_msgs_py.cell_values import BoxEvent
 from pack_msgs_py.codes import BoxEventKind, Reason
 from pack_msgs_py.geometry.pose import Pose
@@ -330,8 +324,21 @@ class Journal:
         rows = self._db.execute(
             f'SELECT {_ATTEMPT} FROM attempt WHERE {condition} ORDER BY id', tuple(values)
         )
-        return [
-            Attempt(
+        return [self._attempt(*row) for row in rows]
+
+    def _attempt(
+        self,
+        number: int,
+        serial: int,
+        goal_id: bytes,
+        placed: str,
+        target: str,
+        measured: str | None,
+        step: str,
+    ) -> Attempt:
+        """One row of the table."""
+        try:
+            return Attempt(
                 id=number,
                 placed=placed_from_json(placed),
                 bin_serial=serial,
@@ -340,8 +347,12 @@ class Journal:
                 measured=None if measured is None else pose_from_json(measured),
                 goal_id=bytes(goal_id),
             )
-            for number, serial, goal_id, placed, target, measured, step in rows
-        ]
+        except ValueError as error:
+            msg = (
+                f'cannot read placement {number} of journal {self.path}: {error}; '
+                'move the file away to start anew'
+            )
+            raise JournalError(msg) from error
 
     def box_ids_in_bins(self) -> set[str]:
         """Ids of all boxes in bins, open or closed."""

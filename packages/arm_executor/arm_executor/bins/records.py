@@ -1,9 +1,8 @@
-"""What the journal writes down about one placement, and how it is spelt in JSON."""
+"""What the journal writes down about one placement."""
 
 from __future__ import annotations
 
-import json
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from enum import Enum
 from typing import Any
 
@@ -11,7 +10,7 @@ from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.geometry.resting import with_measured
 from pack_msgs_py.profiles import Profile
-from pack_msgs_py.values import BinSpec, Box, PlacedBox
+from pack_msgs_py.values import BinSpec, PlacedBox
 
 
 class Step(str, Enum):
@@ -68,44 +67,6 @@ class Attempt:
 def placed_of(decision: Decision) -> PlacedBox:
     """What ``decision`` would put into its bin."""
     return PlacedBox(decision.box, decision.corner_mm, decision.size_mm, decision.orientation)
-
-
-def placed_to_json(placed: PlacedBox) -> str:
-    """Everything that is needed to rebuild ``placed``; the measured pose is kept apart."""
-    return json.dumps(asdict(replace(placed, measured_mm=None)))
-
-
-def placed_from_json(text: str) -> PlacedBox:
-    """Inverse of :func:`placed_to_json`."""
-    data: dict[str, Any] = json.loads(text)
-    box = data['box']
-    return PlacedBox(
-        box=Box(
-            id=box['id'],
-            size_mm=tuple(box['size_mm']),
-            weight_kg=box['weight_kg'],
-            com_offset_mm=tuple(box['com_offset_mm']),
-            allowed_up=box['allowed_up'],
-            max_top_load_n=box['max_top_load_n'],
-            destination=box['destination'],
-            size_stddev_mm=tuple(box['size_stddev_mm']),
-            extra=tuple((key, value) for key, value in box['extra']),
-        ),
-        corner_mm=tuple(data['corner_mm']),
-        size_mm=tuple(data['size_mm']),
-        orientation=data['orientation'],
-    )
-
-
-def pose_to_json(pose: Pose) -> str:
-    """A pose as two lists, position in metres and quaternion (x, y, z, w)."""
-    return json.dumps([pose.position, pose.quaternion])
-
-
-def pose_from_json(text: str) -> Pose:
-    """Inverse of :func:`pose_to_json`."""
-    position, quaternion = json.loads(text)
-    return Pose(tuple(position), tuple(quaternion))
 
 
 def configuration(spec: BinSpec, profile: Profile) -> dict[str, Any]:

@@ -7,16 +7,16 @@ costs one fsync per event of a box, which a box every few seconds affords.
 
 from __future__ import annotations
 
-import json
 import sqlite3
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from typing import Any
 
+from pack_msgs_py.box_codec import box_from_json, box_to_json
+from pack_msgs_py.checks import InvalidValue
 from pack_msgs_py.codes import Reason
 from pack_msgs_py.values import Box
 
@@ -144,7 +144,7 @@ class Ledger:
         with self._explained(), self._transaction():
             row = self._db.execute('SELECT MAX(ordinal) FROM inserted').fetchone()
             ordinal = INSERTED_FROM if row[0] is None else int(row[0]) + 1
-            values = (ordinal, json.dumps(asdict(box)))
+            values = (ordinal, box_to_json(box))
             self._db.execute('INSERT INTO inserted VALUES (?, ?)', values)
         return ordinal
 
@@ -152,7 +152,7 @@ class Ledger:
         """Boxes that were inserted by hand, by ordinal."""
         with self._explained():
             rows = self._db.execute('SELECT ordinal, box FROM inserted').fetchall()
-        return {ordinal: _box_from(json.loads(text)) for ordinal, text in rows}
+            return {ordinal: box_from_json(text) for ordinal, text in rows}
 
     def counts(self) -> dict[Place, int]:
         """How many boxes are where; the sum is the number that the stream has given out."""
@@ -213,17 +213,9 @@ class Ledger:
     def _explained(self) -> Iterator[None]:
         try:
             yield
-        except (sqlite3.Error, OSError) as error:
+        except (sqlite3.Error, OSError, InvalidValue) as error:
             if 'locked' in str(error):
                 msg = f'ledger {self.path} is in use by another conveyor: give another state_dir'
             else:
                 msg = f'ledger {self.path} cannot be used: {error}'
             raise LedgerError(msg) from error
-
-
-def _box_from(fields: dict[str, Any]) -> Box:
-    """A box as it was written: JSON knows no tuples."""
-    values: dict[str, Any] = {
-        key: tuple(value) if isinstance(value, list) else value for key, value in fields.items()
-    }
-    return Box(**values)

@@ -6,7 +6,6 @@ wrong.
 """
 
 from pack_msgs_py.ros.conversions.basic import (
-    check_orientation,
     duration_from_ros,
     duration_to_ros,
     pose_from_ros,
@@ -46,7 +45,6 @@ __all__ = [
     'bins_to_ros',
     'box_from_ros',
     'box_to_ros',
-    'check_orientation',
     'decision_from_ros',
     'decision_to_ros',
     'duration_from_ros',

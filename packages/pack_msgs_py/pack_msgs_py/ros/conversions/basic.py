@@ -9,13 +9,8 @@ from builtin_interfaces.msg import Time as TimeMsg
 from geometry_msgs.msg import Pose as PoseMsg
 from geometry_msgs.msg import Vector3
 
-from pack_msgs_py.checks import (
-    InvalidValue,
-    check_pose,
-    check_vec3,
-)
+from pack_msgs_py.checks import check_pose, check_vec3
 from pack_msgs_py.geometry.pose import Pose
-from pack_msgs_py.orientation import ORIENTATIONS
 from pack_msgs_py.values import Vec3
 
 
@@ -78,11 +73,3 @@ def tidy(value: Vec3) -> Vec3:
     """Millimetres without the noise of the trip through metres (kept to 1 nm)."""
     x, y, z = (round(v, 6) for v in value)
     return (x, y, z)
-
-
-def check_orientation(text: str) -> str:
-    """``text`` if it names one of the six orientations."""
-    if text not in ORIENTATIONS:
-        msg = f'orientation {text!r} must be one of {", ".join(ORIENTATIONS)}'
-        raise InvalidValue(msg)
-    return text

@@ -14,12 +14,12 @@ from pack_msgs_py.cell_values import BinSnapshot
 from pack_msgs_py.checks import (
     InvalidValue,
     check_finite,
+    check_orientation,
     check_whole_mm,
 )
 from pack_msgs_py.codes import BinStatus
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.ros.conversions.basic import (
-    check_orientation,
     pose_from_ros,
     pose_to_ros,
     tidy,

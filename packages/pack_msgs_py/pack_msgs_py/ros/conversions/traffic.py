@@ -21,12 +21,12 @@ from pack_msgs_py.cell_values import (
 from pack_msgs_py.checks import (
     InvalidValue,
     check_finite,
+    check_orientation,
     check_whole_mm,
 )
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, PlacementStatus, Reason
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.ros.conversions.basic import (
-    check_orientation,
     duration_from_ros,
     duration_to_ros,
     pose_from_ros,
