@@ -19,13 +19,14 @@ from conveyor_sim.ledger.statistics import Statistics
 from conveyor_sim.ledger.transitions import next_place
 from conveyor_sim.outcome import Outcome, Plan, merged
 from conveyor_sim.scan_maker import ScanMaker
-from conveyor_sim.scanning.faults import OLD_NEWS_S
 from conveyor_sim.streams.stream import Stream
 from pack_msgs_py.cell_values import BoxEvent, Decision, Scan, ScannedBox
 from pack_msgs_py.codes import BoxEventKind, PlacementStatus, Reason
 from pack_msgs_py.values import Box
 
 _PLACED = BoxEventKind.PLACED
+#: A grasp that failed so soon after a scan was still made for the one before, seconds.
+OLD_NEWS_S = 0.5
 
 
 class Conveyor:
@@ -49,8 +50,8 @@ class Conveyor:
         plan = plan or Plan()
         self._belt = belt
         self._ledger = ledger
-        self._book = Book(stream, ledger, plan.gate)
-        self._induct = Induct(stream, self._book, plan.arrivals, plan.gate, belt.refusal)
+        self._book = Book(stream, ledger, plan.inspection)
+        self._induct = Induct(stream, self._book, plan.arrivals, plan.inspection, belt.refusal)
         self._time = BeltTime(belt, plan.jams, plan.speed)
         self._clock = self._time.clock
         self._scans = ScanMaker(belt, ledger, self._book, length_m)

@@ -11,8 +11,8 @@ from conveyor_sim.induct.arrivals import find_arrivals
 from conveyor_sim.ledger.ledger import Ledger
 from conveyor_sim.outcome import Plan
 from conveyor_sim.parameters import ConveyorParameters
-from conveyor_sim.scanning.faults import FaultPlan, parse_faults
-from conveyor_sim.scanning.inspection import Gate
+from conveyor_sim.scanning.fault_plan import FaultPlan, parse_faults
+from conveyor_sim.scanning.inspection import Inspection
 from conveyor_sim.scanning.scanner import Noise, Scanner
 from conveyor_sim.streams import Stream
 
@@ -31,10 +31,10 @@ def make_belt(p: ConveyorParameters) -> Belt:
     return IndexingBelt(p.belt_length, p.look_ahead, p.belt_speed, p.speed, gap_m=p.gap)
 
 
-def make_gate(p: ConveyorParameters) -> Gate:
+def make_inspection(p: ConveyorParameters) -> Inspection:
     """Scanner and faults; ``ValueError`` when a fault or a rate is not known."""
     noise = Noise(p.size_sigma, p.weight_sigma, p.yaw_sigma)
-    return Gate(Scanner(noise, p.seed), FaultPlan(parse_faults(p.faults), p.seed))
+    return Inspection(Scanner(noise, p.seed), FaultPlan(parse_faults(p.faults), p.seed))
 
 
 def open_stream(p: ConveyorParameters) -> Stream:
@@ -43,8 +43,8 @@ def open_stream(p: ConveyorParameters) -> Stream:
 
 
 def make_ledger(p: ConveyorParameters, stream: Stream) -> Ledger:
-    """The ledger of this stream, and of what the gate makes of it."""
-    return Ledger(p.state_dir, stream.fingerprint + make_gate(p).key, stream.description)
+    """The ledger of this stream, and of what the inspection makes of it."""
+    return Ledger(p.state_dir, stream.fingerprint + make_inspection(p).key, stream.description)
 
 
 def make_conveyor(p: ConveyorParameters, stream: Stream, ledger: Ledger) -> Conveyor:
@@ -53,7 +53,7 @@ def make_conveyor(p: ConveyorParameters, stream: Stream, ledger: Ledger) -> Conv
         arrivals=find_arrivals(p.arrivals, p.seed),
         jams=find_jams(p.jams, p.seed),
         max_laps=p.max_laps,
-        gate=make_gate(p),
+        inspection=make_inspection(p),
         speed=p.speed,
     )
     return Conveyor(stream, make_belt(p), ledger, length_m=p.belt_length, plan=plan)

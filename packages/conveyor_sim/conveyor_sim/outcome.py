@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from conveyor_sim.belt.jams import Jams, find_jams
 from conveyor_sim.induct.arrivals import Arrivals, find_arrivals
-from conveyor_sim.scanning.inspection import Gate
+from conveyor_sim.scanning.inspection import Inspection
 from pack_msgs_py.cell_values import BoxEvent
 
 
@@ -36,7 +36,7 @@ class Plan:
     arrivals: Arrivals = field(default_factory=lambda: find_arrivals('saturated'))
     jams: Jams = field(default_factory=lambda: find_jams(''))
     max_laps: int = 0
-    gate: Gate = field(default_factory=Gate)
+    inspection: Inspection = field(default_factory=Inspection)
     speed: float = 1.0
 
 

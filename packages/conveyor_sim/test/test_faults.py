@@ -7,7 +7,9 @@ import pytest
 from conveyor_cell import EPOCH, SIZE, Cell
 
 from conveyor_sim.ledger.ledger import Place
-from conveyor_sim.scanning.faults import Fault, FaultPlan, parse_faults
+from conveyor_sim.scanning import faults as known
+from conveyor_sim.scanning.fault_plan import FaultPlan, parse_faults
+from conveyor_sim.scanning.faults import FAULTS
 from conveyor_sim.streams import RejectedRow
 from pack_msgs_py.cell_values import BoxEvent
 from pack_msgs_py.codes import BoxEventKind, Reason
@@ -25,7 +27,7 @@ def cell_with(fault, at, *, folder='', entries=TEN, **parameters):
     else:
         pytest.fail('no seed does that')
 
-    return Cell(entries, folder=folder, faults=f'{fault.value}=0.1', seed=seed, **parameters)
+    return Cell(entries, folder=folder, faults=f'{fault.name}=0.1', seed=seed, **parameters)
 
 
 def record(cell, box_id):
@@ -66,12 +68,12 @@ def pack(cell, limit=200):
 def test_rates_are_named_by_fault_and_later_ones_win():
     assert parse_faults('') == {}
     assert parse_faults('no_read=0.01, touching=0.005') == {
-        Fault.NO_READ: 0.01,
-        Fault.TOUCHING: 0.005,
+        known.NO_READ: 0.01,
+        known.TOUCHING: 0.005,
     }
     rates = parse_faults('all=0.01,fallen=0')
-    assert set(rates) == set(Fault)
-    assert (rates[Fault.FALLEN], rates[Fault.DAMAGED]) == (0.0, 0.01)
+    assert set(rates) == set(FAULTS)
+    assert (rates[known.FALLEN], rates[known.DAMAGED]) == (0.0, 0.01)
 
 
 @pytest.mark.parametrize(
@@ -95,7 +97,7 @@ def test_faults_come_as_often_as_asked_and_the_same_for_equal_seeds():
     found = [plan.of(n) for n in range(20_000)]
     assert found == [again.of(n) for n in range(20_000)]
     counts = Counter(found)
-    assert all(850 < counts[fault] < 1150 for fault in Fault)
+    assert all(850 < counts[fault] < 1150 for fault in FAULTS)
 
 
 # each of them
@@ -104,8 +106,8 @@ def test_faults_come_as_often_as_asked_and_the_same_for_equal_seeds():
 @pytest.mark.parametrize(
     ('fault', 'reason', 'words'),
     [
-        (Fault.OVERSIZE, Reason.OVERSIZE, 'across the belt'),
-        (Fault.DUPLICATE_ID, Reason.DUPLICATE_ID, 'which was seen before'),
+        (known.OVERSIZE, Reason.OVERSIZE, 'across the belt'),
+        (known.DUPLICATE_ID, Reason.DUPLICATE_ID, 'which was seen before'),
     ],
 )
 def test_what_the_induct_stops_never_rides(fault, reason, words):
@@ -123,7 +125,7 @@ def test_what_the_induct_stops_never_rides(fault, reason, words):
 def test_a_box_that_is_not_read_is_scanned_again_and_rejected_after_two_scans():
     seen = Counter()
     for at in range(6):
-        cell = cell_with(Fault.NO_READ, at, slots=6)
+        cell = cell_with(known.NO_READ, at, slots=6)
         name = cell.stream[at].id
         seen[record(cell, name).place] += 1
         if record(cell, name).place is Place.REJECTED:
@@ -138,7 +140,7 @@ def test_a_box_that_is_not_read_is_scanned_again_and_rejected_after_two_scans():
 def test_an_overweight_box_is_stopped_or_its_weight_is_told():
     seen = set()
     for at in range(5):
-        cell = cell_with(Fault.OVERWEIGHT, at)
+        cell = cell_with(known.OVERWEIGHT, at)
         name = cell.stream[at].id
         where = record(cell, name).place
         seen.add(where)
@@ -151,13 +153,13 @@ def test_an_overweight_box_is_stopped_or_its_weight_is_told():
 
 
 def test_a_damaged_box_may_carry_nothing():
-    cell = cell_with(Fault.DAMAGED, 2)
+    cell = cell_with(known.DAMAGED, 2)
     loads = {item.box.id: item.box.max_top_load_n for item in cell.scan().boxes}
     assert [name for name, load in loads.items() if load == 0.0] == [cell.stream[2].id]
 
 
 def test_a_wrong_size_is_told_once_and_the_second_scan_is_right():
-    cell = cell_with(Fault.WRONG_SIZE, 1)
+    cell = cell_with(known.WRONG_SIZE, 1)
     name = cell.stream[1].id
 
     def edges():
@@ -188,7 +190,7 @@ def test_a_box_that_the_arm_brings_back_for_another_reason_is_not_scanned_again(
 
 
 def test_two_boxes_that_touch_are_read_as_one_and_fed_one_by_one_once_it_is_noticed():
-    cell = cell_with(Fault.TOUCHING, 1)
+    cell = cell_with(known.TOUCHING, 1)
     first, second = cell.stream[1].id, cell.stream[2].id
     (seen,) = (item.box for item in cell.scan().boxes if item.box.id == first)
     assert (seen.size_mm, seen.weight_kg) == ((300.0, 400.0, 100.0), 4.0)
@@ -209,12 +211,12 @@ def test_two_boxes_that_touch_are_read_as_one_and_fed_one_by_one_once_it_is_noti
 
 @pytest.mark.parametrize('end', ['placed', 'rejected', 'restart'])
 def test_a_box_behind_another_is_never_lost_whatever_becomes_of_that(end, tmp_path):
-    cell = cell_with(Fault.TOUCHING, 1, folder=tmp_path)
+    cell = cell_with(known.TOUCHING, 1, folder=tmp_path)
     first, second = cell.stream[1].id, cell.stream[2].id
     if end == 'restart':
         before = cell.ids()
         cell.ledger.close()
-        again = cell_with(Fault.TOUCHING, 1, folder=tmp_path)
+        again = cell_with(known.TOUCHING, 1, folder=tmp_path)
         assert record(again, second).place is Place.UNSEEN
         assert again.ids() == before
         cell = again
@@ -233,7 +235,7 @@ def test_a_box_behind_another_is_never_lost_whatever_becomes_of_that(end, tmp_pa
 
 
 def test_a_box_that_the_arm_does_not_find_is_scanned_again_and_rejected_the_second_time():
-    cell = cell_with(Fault.EMPTY_PICK, 0)
+    cell = cell_with(known.EMPTY_PICK, 0)
     name = cell.stream[0].id
     lies = {one.box.id: one.pose.position[0] for one in cell.conveyor.true_boxes(cell.now)}
     assert abs(lies.pop(name)) > 0.3
@@ -252,7 +254,7 @@ def test_a_box_that_the_arm_does_not_find_is_scanned_again_and_rejected_the_seco
 
 
 def test_a_box_that_falls_off_the_belt_is_rejected_with_an_event_and_not_lost():
-    cell = cell_with(Fault.FALLEN, 2)
+    cell = cell_with(known.FALLEN, 2)
     outcome = cell.event('b0', BoxEventKind.PICKED)
     (event,) = outcome.events
     assert (event.box_id, event.event, event.reason, event.text) == (
@@ -267,7 +269,7 @@ def test_a_box_that_falls_off_the_belt_is_rejected_with_an_event_and_not_lost():
 
 
 def test_a_box_that_the_arm_can_take_does_not_fall():
-    cell = cell_with(Fault.FALLEN, 0)
+    cell = cell_with(known.FALLEN, 0)
     assert cell.scan().boxes[0].pick_open_s is not None
     cell.event('b1', BoxEventKind.PICKED)
     assert record(cell, 'b0').place is Place.ON_BELT

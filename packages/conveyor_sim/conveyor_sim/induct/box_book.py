@@ -7,8 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from conveyor_sim.ledger.ledger import INSERTED_FROM, BoxRecord, Ledger, LedgerError, Place
-from conveyor_sim.scanning.faults import MAX_SCANS, Fault, joint
-from conveyor_sim.scanning.inspection import Gate
+from conveyor_sim.scanning.inspection import MAX_SCANS, Inspection, joint
 from conveyor_sim.streams.stream import Stream
 from pack_msgs_py.cell_values import BoxEvent
 from pack_msgs_py.codes import BoxEventKind, Reason
@@ -25,11 +24,11 @@ class Book:
         From any method: the ledger cannot be read or written.
     """
 
-    def __init__(self, stream: Stream, ledger: Ledger, gate: Gate) -> None:
+    def __init__(self, stream: Stream, ledger: Ledger, inspection: Inspection) -> None:
         self.ledger = ledger
         self.supplied = 0
         self._stream = stream
-        self._gate = gate
+        self._inspection = inspection
         self._inserted = ledger.inserted()
         self._records: dict[str, BoxRecord] = {}
         self._waiting: dict[str, int] = {}
@@ -82,7 +81,7 @@ class Book:
             return self._inserted[record.ordinal]
         entry = self._stream[record.ordinal]
         assert isinstance(entry, Box)
-        return self._gate.body(entry, record.ordinal)
+        return self._inspection.body(entry, record.ordinal)
 
     def box(self, record: BoxRecord) -> Box:
         """What rides in its place: the box, with the one that nobody sees behind it."""
@@ -92,16 +91,16 @@ class Book:
     def seen(self, box_id: str) -> Box:
         """What the scanner says of the box that rides under this name."""
         record = self._records[box_id]
-        return self._gate.seen(self.box(record), record.ordinal, record.scans)
+        return self._inspection.seen(self.box(record), record.ordinal, record.scans)
 
     def true_pose(self, record: BoxRecord, length_m: float) -> Pose:
         """Where its centre really is once it stands at the pick point, frame `cell`."""
         true = self.true_box(record)
-        return self._gate.true_pose(true, record.ordinal, record.scans, length_m)
+        return self._inspection.true_pose(true, record.ordinal, record.scans, length_m)
 
     def falls(self, record: BoxRecord) -> bool:
         """Whether this box falls off the belt."""
-        return self._gate.fault(record.ordinal, record.scans) is Fault.FALLEN
+        return self._inspection.falls(record.ordinal, record.scans)
 
     def scan_again(self, record: BoxRecord, reason: Reason, text: str, stamp_s: float) -> None:
         """A box that was not what it seemed goes to the induct for a second scan, the last one."""

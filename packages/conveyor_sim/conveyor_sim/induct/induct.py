@@ -10,8 +10,7 @@ from conveyor_sim.belt.robot_clock import RobotClock
 from conveyor_sim.induct.arrivals import Arrivals
 from conveyor_sim.induct.box_book import Book
 from conveyor_sim.ledger.ledger import BoxRecord, Place
-from conveyor_sim.scanning.faults import MAX_SCANS, Fault, joint
-from conveyor_sim.scanning.inspection import Gate
+from conveyor_sim.scanning.inspection import MAX_SCANS, Inspection, joint
 from conveyor_sim.streams.box_records import RejectedRow
 from conveyor_sim.streams.repeating import entry_id
 from conveyor_sim.streams.stream import Stream
@@ -27,13 +26,13 @@ class Induct:
         stream: Stream,
         book: Book,
         arrivals: Arrivals,
-        gate: Gate,
+        inspection: Inspection,
         refuse: Callable[[Box], str],
     ) -> None:
         self._stream = stream
         self.book = book
         self._arrivals = arrivals
-        self._gate = gate
+        self._inspection = inspection
         self._refuse = refuse
 
     @property
@@ -83,28 +82,28 @@ class Induct:
         if stopped is not None:
             self.book.reject(record, stopped[0], f'{entry.id}: {stopped[1]}', stamp_s)
             return None
-        scans = self._gate.scans_to_read(ordinal)
+        scans = self._inspection.read_at(ordinal)
         if scans != 1:
             record = replace(record, scans=scans or MAX_SCANS)
             self.book.note(f'{entry.id}: not read at the first scan, scanned again')
             self.book.set(record)
-        elif self._gate.fault(ordinal) is Fault.TOUCHING:
+        elif self._inspection.touches_next(ordinal):
             self._cover_next(record, robot_s)
         return record
 
     def _stopped(self, box: Box, ordinal: int) -> tuple[Reason, str] | None:
         """Why gauge, checkweigher or scanner do not let a box pass."""
-        body = self._gate.body(box, ordinal)
+        body = self._inspection.body(box, ordinal)
         refusal = self._refuse(body)
         if refusal:
             return Reason.OVERSIZE, refusal
-        refusal = self._gate.refusal(body)
+        refusal = self._inspection.refusal(body)
         if refusal:
             return Reason.OVERWEIGHT, refusal
-        if self._gate.fault(ordinal) is Fault.DUPLICATE_ID and ordinal > 0:
+        if self._inspection.has_label_of_last(ordinal):
             other = entry_id(self._stream[ordinal - 1])
             return Reason.DUPLICATE_ID, f'reads {other!r}, which was seen before'
-        if self._gate.scans_to_read(ordinal) is None:
+        if self._inspection.read_at(ordinal) is None:
             return Reason.NO_READ, f'not read in {MAX_SCANS} scans'
         return None
 
@@ -118,8 +117,10 @@ class Induct:
             return
         entry = self._stream[record.ordinal]
         assert isinstance(entry, Box)
-        both = joint(self._gate.body(entry, record.ordinal), self._gate.body(hidden, place))
-        if self._refuse(both) or self._gate.refusal(both):
+        both = joint(
+            self._inspection.body(entry, record.ordinal), self._inspection.body(hidden, place)
+        )
+        if self._refuse(both) or self._inspection.refusal(both):
             return
         self.book.set(record)
         self.book.set(BoxRecord(place, hidden.id, Place.UNSEEN, text=record.box_id))

@@ -1,137 +1,156 @@
-"""What goes wrong with boxes on the way to the arm: which box, by seed; docs/faults.md tells more.
+"""The faults, each declared once: rates, behaviour, help and docs/faults.md follow from that.
 
-At most one fault befalls a box, and always the same one for equal seeds.
+A new one is a new entry of :data:`FAULTS`.
 """
 
 from __future__ import annotations
 
-import math
 import random
-from collections.abc import Mapping
 from dataclasses import replace
-from enum import Enum
 
-from conveyor_sim.ledger.ledger import INSERTED_FROM
+from conveyor_sim.scanning.fault import Fault
 from pack_msgs_py.values import Box
 
 #: Of the boxes that could not be read, so many cannot be read the second time either.
 STILL_UNREAD = 0.5
-#: A box is scanned so often before it goes to the reject lane.
-MAX_SCANS = 2
-#: A grasp that failed so soon after a scan was still made for the one before, seconds.
-OLD_NEWS_S = 0.5
 
 
-class Fault(str, Enum):
-    """Kinds of faults, by the names of ``--faults``."""
-
-    NO_READ = 'no_read'
-    WRONG_SIZE = 'wrong_size'
-    TOUCHING = 'touching'
-    OVERSIZE = 'oversize'
-    OVERWEIGHT = 'overweight'
-    DAMAGED = 'damaged'
-    EMPTY_PICK = 'empty_pick'
-    DUPLICATE_ID = 'duplicate_id'
-    FALLEN = 'fallen'
+def _read_second_or_never(rng: random.Random) -> int | None:
+    return None if rng.random() < STILL_UNREAD else 2
 
 
-def parse_faults(text: str) -> dict[Fault, float]:
-    """Turn ``'no_read=0.01,touching=0.005'`` into rates; ``all=0.01`` stands for every fault.
-
-    What is named later wins. Empty for none.
-
-    Raises
-    ------
-    ValueError
-        A name or a rate is wrong, or the rates add up to more than 1.
-    """
-    rates: dict[Fault, float] = {}
-    known = [fault.value for fault in Fault]
-    for item in filter(None, text.split(',')):
-        name, _, value = (part.strip() for part in item.partition('='))
-        if name != 'all' and name not in known:
-            msg = f'unknown fault {name!r}: use all, {", ".join(known)}'
-            raise ValueError(msg)
-        try:
-            rate = float(value)
-        except ValueError:
-            rate = math.nan
-        if not 0.0 <= rate <= 1.0:
-            msg = f'rate of fault {name} is {value!r}; it must be a number from 0 to 1'
-            raise ValueError(msg)
-        rates |= dict.fromkeys(Fault if name == 'all' else (Fault(name),), rate)
-    if sum(rates.values()) > 1.0:
-        msg = (
-            f'the rates of faults add up to {sum(rates.values()):g}; at most 1 of 1 boxes can fail'
-        )
-        raise ValueError(msg)
-    return rates
+def _one_edge_far_off(box: Box, rng: random.Random) -> Box:
+    edges = list(box.size_mm)
+    factor = rng.uniform(0.6, 0.8) if rng.random() < 0.5 else rng.uniform(1.25, 1.5)
+    axis = rng.randrange(3)
+    edges[axis] = round(edges[axis] * factor, 1)
+    return replace(box, size_mm=(edges[0], edges[1], edges[2]))
 
 
-class FaultPlan:
-    """Says which fault befalls the box at a place of the stream."""
-
-    def __init__(self, rates: Mapping[Fault, float] | None = None, seed: int = 0) -> None:
-        self._rates = {fault: rate for fault, rate in (rates or {}).items() if rate > 0}
-        self._seed = seed
-
-    @property
-    def key(self) -> str:
-        """Equal for plans that say the same."""
-        rates = ','.join(f'{fault.value}={rate!r}' for fault, rate in self._rates.items())
-        return f'{rates};{self._seed}' if rates else ''
-
-    def of(self, ordinal: int) -> Fault | None:
-        """The fault of the box at ``ordinal``, from 0; those laid on by hand have none."""
-        if not self._rates or ordinal >= INSERTED_FROM:
-            return None
-        draw = self._rng(ordinal).random()
-        for fault, rate in self._rates.items():
-            draw -= rate
-            if draw < 0:
-                return fault
-        return None
-
-    def unread(self, ordinal: int, attempt: int) -> bool:
-        """Whether the scanner fails to read a box with the fault ``NO_READ``."""
-        return attempt == 1 or self._rng(ordinal, attempt).random() < STILL_UNREAD
-
-    def body(self, box: Box, ordinal: int) -> Box:
-        """The box as it really is: uglies, overweight and damaged ones are what they are."""
-        fault, rng = self.of(ordinal), self._rng(ordinal, 'body')
-        _, y, z = box.size_mm
-        if fault is Fault.OVERSIZE:
-            return replace(box, size_mm=(float(round(rng.uniform(700.0, 1100.0))), y, z))
-        if fault is Fault.OVERWEIGHT:
-            return replace(box, weight_kg=round(rng.uniform(22.0, 60.0), 1))
-        if fault is Fault.DAMAGED:
-            return replace(box, max_top_load_n=0.0)
-        return box
-
-    def misread(self, box: Box, ordinal: int) -> Box:
-        """What the scanner makes of a box with the fault ``WRONG_SIZE``: one edge is far off."""
-        rng = self._rng(ordinal, 'misread')
-        edges = list(box.size_mm)
-        factor = rng.uniform(0.6, 0.8) if rng.random() < 0.5 else rng.uniform(1.25, 1.5)
-        axis = rng.randrange(3)
-        edges[axis] = round(edges[axis] * factor, 1)
-        return replace(box, size_mm=(edges[0], edges[1], edges[2]))
-
-    def slip_m(self, ordinal: int) -> float:
-        """How far a box with the fault ``EMPTY_PICK`` lies beside where it is thought to be."""
-        return self._rng(ordinal, 'slip').choice((-1.0, 1.0)) * 0.6
-
-    def _rng(self, *about: object) -> random.Random:
-        return random.Random('/'.join(map(str, (self._seed, 'fault', *about))))
+def _too_wide(box: Box, rng: random.Random) -> Box:
+    _, y, z = box.size_mm
+    return replace(box, size_mm=(float(round(rng.uniform(700.0, 1100.0))), y, z))
 
 
-def joint(first: Box, second: Box) -> Box:
-    """Two boxes, one behind the other, as a scanner sees them that reads them as one."""
-    (x, y, z), (x2, y2, z2) = first.size_mm, second.size_mm
-    return replace(
-        first,
-        size_mm=(max(x, x2), y + y2, max(z, z2)),
-        weight_kg=first.weight_kg + second.weight_kg,
-        com_offset_mm=(0.0, 0.0, 0.0),
-    )
+def _too_heavy(box: Box, rng: random.Random) -> Box:
+    return replace(box, weight_kg=round(rng.uniform(22.0, 60.0), 1))
+
+
+def _carries_nothing(box: Box, rng: random.Random) -> Box:
+    return replace(box, max_top_load_n=0.0)
+
+
+def _aside(rng: random.Random) -> float:
+    return rng.choice((-1.0, 1.0)) * 0.6
+
+
+NO_READ = Fault(
+    'no_read',
+    happens='the scanner reads no label',
+    noticed='at once, at the induct',
+    ends='scanned again; half of them are read then and go on, the others go to the reject lane',
+    code='`REASON_NO_READ`',
+    read_at=_read_second_or_never,
+)
+WRONG_SIZE = Fault(
+    'wrong_size',
+    happens='one edge is measured 20 to 50 % wrong',
+    noticed='a light curtain over the pick point measures what the arm lifts: `BOX_MISMATCH`; a '
+    'pad that meets no box within its stroke: `GRASP_FAILED`',
+    ends='put back, to the induct, scanned again: right this time, and on it goes; a second '
+    'mismatch goes to the reject lane',
+    code='`RETURNED` with `REASON_INVALID_DATA`',
+    misread=_one_edge_far_off,
+)
+TOUCHING = Fault(
+    'touching',
+    happens='the box and the next one are read as one, with the joint size and weight and the '
+    "first one's label",
+    noticed='the arm lifts one of them, which weighs too little: `BOX_MISMATCH`; or its pad finds '
+    'the joint: `GRASP_FAILED`',
+    ends='the second one is fed again as soon as the first is off the belt; both are scanned '
+    'alone, and go on',
+    code='`RETURNED` with `REASON_INVALID_DATA`',
+    touches_next=True,
+)
+OVERSIZE = Fault(
+    'oversize',
+    happens='an ugly, 70 to 110 cm across the belt',
+    noticed='the gauge of the induct',
+    ends='reject lane',
+    code='`REASON_OVERSIZE`',
+    body=_too_wide,
+)
+OVERWEIGHT = Fault(
+    'overweight',
+    happens='it weighs 22 to 60 kg',
+    noticed='the checkweigher of the induct stops what is above 50 kg; the planner rejects what '
+    'its arm cannot lift',
+    ends='reject lane',
+    code='`REASON_OVERWEIGHT`',
+    body=_too_heavy,
+)
+DAMAGED = Fault(
+    'damaged',
+    happens='nothing may be stacked on it',
+    noticed='a camera of the scanner: `max_top_load` is 0',
+    ends='placed, and with rules that check loads nothing on it',
+    code='none',
+    body=_carries_nothing,
+)
+EMPTY_PICK = Fault(
+    'empty_pick',
+    happens='it has slipped aside, and the arm finds nothing at the pick point',
+    noticed='no vacuum: `GRASP_FAILED`',
+    ends='found again, scanned again, and placed; not found a second time it goes to the reject '
+    'lane',
+    code='`REASON_FAULT` then',
+    slip_m=_aside,
+)
+DUPLICATE_ID = Fault(
+    'duplicate_id',
+    happens='its label is that of the box before',
+    noticed='the induct knows that label',
+    ends='the second one goes to the reject lane, under the name that the stream gives it',
+    code='`REASON_DUPLICATE_ID`',
+    has_label_of_last=True,
+)
+FALLEN = Fault(
+    'fallen',
+    happens='it falls off while the belt moves, not while it is held at the pick point',
+    noticed='a light barrier',
+    ends='out of the cell, with an event, so that it does not count as lost',
+    code='`REASON_FAULT`, "fell off the belt"',
+    falls=True,
+)
+
+#: In the order in which ``all`` names them, on which it depends what befalls which box.
+FAULTS = (
+    NO_READ,
+    WRONG_SIZE,
+    TOUCHING,
+    OVERSIZE,
+    OVERWEIGHT,
+    DAMAGED,
+    EMPTY_PICK,
+    DUPLICATE_ID,
+    FALLEN,
+)
+
+
+def fault_names() -> str:
+    """The names of all faults, for messages and help."""
+    return ', '.join(fault.name for fault in FAULTS)
+
+
+def faults_table() -> str:
+    """The faults as a table for docs/faults.md."""
+    lines = [
+        '| fault | what happens | how it is noticed | where the box ends | code |',
+        '|---|---|---|---|---|',
+    ]
+    lines += [
+        f'| `{fault.name}` | {fault.happens} | {fault.noticed} | {fault.ends} | {fault.code} |'
+        for fault in FAULTS
+    ]
+    return '\n'.join(lines) + '\n'

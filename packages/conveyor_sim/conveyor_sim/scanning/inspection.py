@@ -1,23 +1,30 @@
 """What the induct's scanner, scale and gauge make of boxes, and what these really are.
 
-Three views of one box: what rides on the belt (:meth:`Gate.body`, two at once when they touch),
-what is said of it (:meth:`Gate.seen`), and how it lies (:meth:`Gate.true_pose`).
-``scans`` is how often it was scanned: faults of a scan are gone with the next one.
+Three views of one box: what rides on the belt (:meth:`Inspection.body`, two at once when they
+touch: :func:`joint`), what is said of it (:meth:`Inspection.seen`), and how it lies
+(:meth:`Inspection.true_pose`). ``scans`` is how often it was scanned: faults of a scan are gone
+with the next one.
 """
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 from conveyor_sim.belt.loop import loop_pose
-from conveyor_sim.scanning.faults import Fault, FaultPlan
+from conveyor_sim.scanning.fault import SOUND, Fault
+from conveyor_sim.scanning.fault_plan import FaultPlan
 from conveyor_sim.scanning.scanner import Scanner
-from pack_msgs_py.geometry.pose import Pose, about_z
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Box
 
 #: The checkweigher of the induct stops what is heavier, whatever arm stands behind it, kg.
 MAX_WEIGHT_KG = 50.0
+#: A box is scanned so often before it goes to the reject lane.
+MAX_SCANS = 2
 
 
-class Gate:
+class Inspection:
     """See the module."""
 
     def __init__(self, scanner: Scanner | None = None, faults: FaultPlan | None = None) -> None:
@@ -26,18 +33,14 @@ class Gate:
 
     @property
     def key(self) -> str:
-        """Equal for gates that say the same of the same stream."""
+        """Equal for inspections that say the same of the same stream."""
         noise = self._scanner.noise
         sigmas = (noise.size_mm, noise.weight_kg, noise.yaw_deg)
         return f'{self._faults.key}{sigmas if any(sigmas) else ""}'
 
-    def fault(self, ordinal: int, scans: int = 1) -> Fault | None:
-        """What goes wrong with a box that was scanned ``scans`` times."""
-        return self._faults.of(ordinal) if scans == 1 else None
-
     def body(self, box: Box, ordinal: int) -> Box:
         """The box as it really is."""
-        return self._faults.body(box, ordinal)
+        return self._fault(ordinal).body(box, self._faults.rng(ordinal, 'body'))
 
     def refusal(self, body: Box) -> str:
         """Why the checkweigher stops a box; empty when it does not."""
@@ -45,21 +48,47 @@ class Gate:
             return ''
         return f'weighs {body.weight_kg:g} kg, at most {MAX_WEIGHT_KG:g} kg may ride'
 
-    def scans_to_read(self, ordinal: int) -> int | None:
-        """At which scan a box is read; ``None`` when it is not read in two."""
-        if self.fault(ordinal) is not Fault.NO_READ:
-            return 1
-        return None if self._faults.unread(ordinal, 2) else 2
+    def has_label_of_last(self, ordinal: int) -> bool:
+        """Whether the label of a box is that of the box before, if there is one."""
+        return ordinal > 0 and self._fault(ordinal).has_label_of_last
+
+    def read_at(self, ordinal: int) -> int | None:
+        """At which scan a box is read; ``None`` when it is not read in :data:`MAX_SCANS`."""
+        return self._fault(ordinal).read_at(self._faults.rng(ordinal, MAX_SCANS))
+
+    def touches_next(self, ordinal: int) -> bool:
+        """Whether the first scan takes this box and the next one for one."""
+        return self._fault(ordinal).touches_next
+
+    def falls(self, ordinal: int, scans: int) -> bool:
+        """Whether a box falls off the belt."""
+        return self._fault(ordinal, scans).falls
 
     def seen(self, body: Box, ordinal: int, scans: int) -> Box:
         """What the scanner says of a box, or of two that it takes for one."""
-        if self.fault(ordinal, scans) is Fault.WRONG_SIZE:
-            body = self._faults.misread(body, ordinal)
-        return self._scanner.measure(body, ordinal, scans)
+        fault = self._fault(ordinal, scans)
+        misread = fault.misread(body, self._faults.rng(ordinal, 'misread'))
+        return self._scanner.measure(misread, ordinal, scans)
 
     def true_pose(self, body: Box, ordinal: int, scans: int, length_m: float) -> Pose:
         """Where the centre really is once the box stands at the pick point, frame `cell`."""
         x, y, z = loop_pose(0.0, length_m, body.size_mm).position
-        if self.fault(ordinal, scans) is Fault.EMPTY_PICK:
-            x += self._faults.slip_m(ordinal)
-        return Pose((x, y, z), about_z(self._scanner.yaw_rad(ordinal, scans)))
+        x += self._fault(ordinal, scans).slip_m(self._faults.rng(ordinal, 'slip'))
+        half = self._scanner.yaw_rad(ordinal, scans) / 2
+        return Pose((x, y, z), (0.0, 0.0, math.sin(half), math.cos(half)))
+
+    def _fault(self, ordinal: int, scans: int = 1) -> Fault:
+        """What is wrong with a box that was scanned ``scans`` times."""
+        fault = self._faults.of(ordinal) if scans == 1 else None
+        return SOUND if fault is None else fault
+
+
+def joint(first: Box, second: Box) -> Box:
+    """Two boxes, one behind the other, as a scanner sees them that reads them as one."""
+    (x, y, z), (x2, y2, z2) = first.size_mm, second.size_mm
+    return replace(
+        first,
+        size_mm=(max(x, x2), y + y2, max(z, z2)),
+        weight_kg=first.weight_kg + second.weight_kg,
+        com_offset_mm=(0.0, 0.0, 0.0),
+    )

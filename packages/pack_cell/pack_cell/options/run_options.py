@@ -14,7 +14,8 @@ from conveyor_sim.belt.jams import FORMS as JAMS
 from conveyor_sim.belt.jams import find_jams
 from conveyor_sim.induct.arrivals import FORMS as ARRIVALS
 from conveyor_sim.induct.arrivals import find_arrivals
-from conveyor_sim.scanning.faults import parse_faults
+from conveyor_sim.scanning.fault_plan import parse_faults
+from conveyor_sim.scanning.faults import fault_names
 from conveyor_sim.streams import SYNTAX, load_boxes, resolved
 from pack_cell.options.declaration import (
     DEFAULT_PROFILE,
@@ -189,8 +190,7 @@ class RunOptions:
         _BELT,
         read=checked(parse_faults),
         metavar='RATES',
-        values='`no_read=0.01,touching=0.005`, or `all=0.01` for each of no_read, wrong_size, '
-        'touching, oversize, overweight, damaged, empty_pick, duplicate_id, fallen',
+        values=f'`no_read=0.01,touching=0.005`, or `all=0.01` for each of {fault_names()}',
         see='faults.md',
         parameters=('conveyor.faults',),
         in_summary=True,
