@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from arm_executor.goals.admission import PlaceGoal
+from arm_executor.goals.place_goal import PlaceGoal
 from arm_executor.model.layout import Layout, pick_pose
 from pack_msgs_py.cell_values import Decision, Scan, ScannedBox
 from pack_msgs_py.geometry.pose import Pose

@@ -11,7 +11,8 @@ from executor_cases import CELL, LDC, make_box, make_decision, make_goal, make_s
 
 from arm_executor.bins.book import BookState
 from arm_executor.bins.records import placed_of
-from arm_executor.goals.admission import AdmissionState, admit, orientation_error
+from arm_executor.goals.admission import AdmissionState, admit
+from arm_executor.goals.placement_errors import orientation_error
 from pack_msgs_py.codes import ErrorCode, Mode, PlacementStatus
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.orientation import ORIENTATIONS, QUATERNIONS

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from arm_executor.goals.footing import footing_errors
+from arm_executor.goals.placement_errors import footing_errors
 from pack_msgs_py.geometry.footprint import measured_footprint
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.rules import violations

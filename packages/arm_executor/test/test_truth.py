@@ -14,7 +14,7 @@ from executor_cases import LAYOUT, LDC, make_box, make_decision, pick_of
 from arm_executor.arms.timed import TimedArm
 from arm_executor.arms.true_boxes import TrueBox, Truth, mismatch
 from arm_executor.bins.records import placed_of
-from arm_executor.goals.admission import commanded_pose_errors
+from arm_executor.goals.placement_errors import commanded_pose_errors
 from arm_executor.model.arm_interface import MotionHooks, PlaceRequest
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.geometry.pose import Pose

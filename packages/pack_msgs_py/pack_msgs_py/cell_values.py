@@ -40,6 +40,10 @@ class Scan:
     supplied: int = 0
     remaining: int = 0
 
+    def find(self, box_id: str) -> ScannedBox | None:
+        """The box called ``box_id``, if it is in the look-ahead."""
+        return next((scanned for scanned in self.boxes if scanned.box.id == box_id), None)
+
 
 @dataclass(frozen=True)
 class BinSnapshot:

@@ -6,7 +6,6 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 
-from arm_executor.goals.admission import find_scanned
 from pack_msgs_py.cell_values import Scan, ScannedBox
 from pack_msgs_py.codes import Phase
 
@@ -59,23 +58,23 @@ class BeltView:
 
         def presented() -> ScannedBox | None:
             scan = self.scan
-            found = find_scanned(scan, box_id)
-            if scan is None or found is None or found.pick_open_s is None:
+            scanned = None if scan is None else scan.find(box_id)
+            if scan is None or scanned is None or scanned.pick_open_s is None:
                 return None
-            opens_s, closes_s = found.pick_open_s, found.pick_close_s
+            opens_s, closes_s = scanned.pick_open_s, scanned.pick_close_s
             if opens_s > scan.stamp_s:
                 return None
             if closes_s is not None:
                 last_s = opens_s + START_SHARE * (closes_s - opens_s)
-                return found if self._wall() < last_s else None
-            return found
+                return scanned if self._wall() < last_s else None
+            return scanned
 
         def gone() -> bool:
-            return self.scan is not None and find_scanned(self.scan, box_id) is None
+            return self.scan is not None and self.scan.find(box_id) is None
 
         with self._changed:
-            found = self._changed.wait_for(lambda: give_up() or presented() or gone(), timeout_s)
-            return found if isinstance(found, ScannedBox) and not give_up() else None
+            met = self._changed.wait_for(lambda: give_up() or presented() or gone(), timeout_s)
+            return met if isinstance(met, ScannedBox) and not give_up() else None
 
 
 class BeltClock:

@@ -14,10 +14,11 @@ from dataclasses import dataclass, replace
 
 from arm_executor.bins.book import BookState
 from arm_executor.bins.records import placed_of
-from arm_executor.goals.admission import AdmissionState, PlaceGoal, admit
+from arm_executor.goals.admission import AdmissionState, admit
+from arm_executor.goals.arm_request import request_of
 from arm_executor.goals.outputs import Checked, Output, Replied, Said, Ticket
+from arm_executor.goals.place_goal import PlaceGoal
 from arm_executor.goals.placing import Placing, Tools
-from arm_executor.goals.plan_cache import request_of
 from arm_executor.model.arm_interface import MotionError, MotionUnderWay
 from pack_msgs_py.codes import ErrorCode, Mode
 from pack_msgs_py.geometry.resting import resting_pose, with_measured, with_poses

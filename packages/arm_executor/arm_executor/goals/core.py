@@ -16,7 +16,7 @@ from dataclasses import replace
 from arm_executor.bins.book import BinBook, BookError
 from arm_executor.bins.journal import JournalError
 from arm_executor.bins.records import Step
-from arm_executor.goals.admission import AdmissionState, PlaceGoal, Refusal, admit
+from arm_executor.goals.admission import AdmissionState, Refusal, admit
 from arm_executor.goals.after_stop import clear_gripper
 from arm_executor.goals.belt_view import BeltClock, BeltView
 from arm_executor.goals.candidates import CandidateChecker, CandidateView, foresee
@@ -33,6 +33,7 @@ from arm_executor.goals.outputs import (
     Status,
     Ticket,
 )
+from arm_executor.goals.place_goal import PlaceGoal
 from arm_executor.goals.placing import Placing, Tools
 from arm_executor.goals.plan_cache import PlanCache
 from arm_executor.goals.reports import refusal_report

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from arm_executor.goals.admission import PlaceGoal
 from arm_executor.goals.belt_view import BeltView
+from arm_executor.goals.place_goal import PlaceGoal
 
 #: A goal waits for its scan for so long, seconds.
 EARLY_S = 0.5

@@ -9,16 +9,18 @@ from dataclasses import dataclass, replace
 
 from arm_executor.bins.book import BinBook
 from arm_executor.bins.records import Step, placed_of
-from arm_executor.goals.admission import PlaceGoal, find_scanned
+from arm_executor.goals.arm_request import request_of
 from arm_executor.goals.belt_view import BeltClock, BeltView
 from arm_executor.goals.judging import judge
 from arm_executor.goals.outputs import BinsChanged, Happened, Output, Progress, Said
-from arm_executor.goals.plan_cache import PlanCache, request_of
+from arm_executor.goals.place_goal import PlaceGoal
+from arm_executor.goals.plan_cache import PlanCache
+from arm_executor.goals.reports import GoalTimes, placement_report
 from arm_executor.model.arm_interface import Arm, MotionError, MotionHooks, MotionPlan, MotionResult
 from arm_executor.parameters import ExecutorSettings
 from pack_msgs_py.cell_values import Report
 from pack_msgs_py.codes import ErrorCode, Phase, Reason
-from pack_msgs_py.geometry.pose import Pose, corner_distance, metres, turn_between
+from pack_msgs_py.geometry.pose import Pose, corner_distance, metres
 from pack_msgs_py.geometry.resting import resting_pose, with_poses
 from pack_msgs_py.values import Bin
 
@@ -149,22 +151,22 @@ class Placing:
         self._tell(tools, Phase.WAITING, 0.0)
         timeout_s = tools.settings.present_timeout_s
         elapsed_s = tools.clock.elapsed_s(self._planning_s)
-        found = tools.belt.wait_presented(box_id, timeout_s, self.stop.is_set)
+        scanned = tools.belt.wait_presented(box_id, timeout_s, self.stop.is_set)
         if self.stop.is_set():
             msg = f'canceled before box {box_id!r} was picked'
             raise MotionError(ErrorCode.CANCELED, msg)
-        if found is None:
+        if scanned is None:
             why = 'left the belt'
-            if find_scanned(tools.belt.scan, box_id) is not None:
+            if tools.belt.scan is not None and tools.belt.scan.find(box_id) is not None:
                 why = f'did not come to the pick point within {timeout_s:g} s'
             msg = f'box {box_id!r} {why}'
             raise MotionError(ErrorCode.BOX_NOT_PRESENTED, msg)
         if elapsed_s is not None:
-            self._wait_s = max(0.0, found.travel_time_s - elapsed_s)
-        distance = corner_distance(found.pose, pick, metres(found.box.size_mm))
+            self._wait_s = max(0.0, scanned.travel_time_s - elapsed_s)
+        distance = corner_distance(scanned.pose, pick, metres(scanned.box.size_mm))
         if distance > PICK_TOLERANCE_M:
             msg = (
-                f'box {box_id!r} is held at {_text(found.pose)} m, {1e3 * distance:.1f} mm away '
+                f'box {box_id!r} is held at {_text(scanned.pose)} m, {1e3 * distance:.1f} mm away '
                 f'from pick_pose {_text(pick)} m; {1e3 * PICK_TOLERANCE_M:g} mm are allowed'
             )
             raise MotionError(ErrorCode.BOX_NOT_PRESENTED, msg)
@@ -277,36 +279,9 @@ class Placing:
         )
 
     def _report(self, tools: Tools, code: ErrorCode, text: str, result: MotionResult) -> Report:
-        decision = self.goal.decision
-        measured = result.measured
-        cycle_s = self._planning_s + result.motion_s
-        report = Report(
-            box_id=decision.box.id,
-            bin_id=decision.bin_id,
-            bin_serial=decision.bin_serial,
-            bin_revision=decision.bin_revision,
-            code=code,
-            message=text,
-            commanded=decision.target,
-            measured=measured,
-            others_moved_m=result.others_moved_m,
-            planning_s=self._planning_s,
-            wait_s=self._wait_s,
-            motion_s=result.motion_s,
-            cycle_s=cycle_s,
-            slack_s=self._budget_s - cycle_s,
-            goal_id=self.goal.goal_id,
-            stamp_s=tools.wall(),
-        )
-        if measured is None:
-            return report
-        return replace(
-            report,
-            position_error_m=corner_distance(
-                decision.target, measured, metres(decision.box.size_mm)
-            ),
-            angle_error_rad=turn_between(decision.target, measured),
-        )
+        ended = replace(result, code=code, message=text)
+        times = GoalTimes(self._budget_s, self._planning_s, self._wait_s)
+        return placement_report(self.goal, ended, times, tools.wall())
 
 
 def _text(pose: Pose) -> str:

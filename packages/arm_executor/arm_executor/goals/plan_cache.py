@@ -7,7 +7,6 @@ import threading
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from arm_executor.goals.admission import PlaceGoal, find_scanned
 from arm_executor.model.arm_interface import (
     Arm,
     MotionError,
@@ -15,53 +14,18 @@ from arm_executor.model.arm_interface import (
     MotionUnderWay,
     PlaceRequest,
 )
-from pack_msgs_py.cell_values import Scan
 from pack_msgs_py.geometry.pose import Pose, turn_between
-from pack_msgs_py.values import Box
 
 #: How far the target may be from where a plan took it to be: the arm lets go half a millimetre
 #: above what it stands on. And the other boxes: sideways half of the gap that profile `cell` keeps;
 #: a box passes over them with more air than they can be higher.
 TARGET_DRIFT_M, DRIFT_M, DRIFT_UP_M, DRIFT_RAD = 0.0005, 0.002, 0.005, 0.005
-#: Neighbours on the belt that stand this near behind the box must be kept clear of.
-NEIGHBOUR_REACH_M = 0.5
 #: Neighbours may stand this much elsewhere without a new plan.
 NEIGHBOUR_DRIFT_M = 0.02
-_SAME_HEIGHT_M = 1e-3
 #: Plans kept at a time.
 _KEPT = 32
 
 Poses = Mapping[str, Pose]
-
-
-def neighbours(goal: PlaceGoal, scan: Scan | None) -> tuple[tuple[Box, Pose], ...]:
-    """Boxes behind that of ``goal`` once it is at the pick point, frame `cell`.
-
-    The top strand moves as one towards the arm (-y): the others come along by as much as the box
-    still has to go. Those before it go round the head, out of the way.
-    """
-    box, pick = goal.decision.box, goal.pick
-    found = find_scanned(scan, box.id)
-    if scan is None or found is None:
-        return ()
-    on_top = abs(found.pose.position[2] - pick.position[2]) < _SAME_HEIGHT_M
-    shift = pick.position[1] - found.pose.position[1] if on_top else 0.0
-    belt_z = pick.position[2] - box.size_mm[2] / 2e3
-    back_y = pick.position[1] + box.size_mm[1] / 2e3
-    near = []
-    for other in scan.boxes:
-        x, y, z = other.pose.position
-        front_y = y + shift - other.box.size_mm[1] / 2e3
-        on_belt = abs(z - other.box.size_mm[2] / 2e3 - belt_z) < _SAME_HEIGHT_M
-        if other.box.id != box.id and on_belt and 0 <= front_y - back_y <= NEIGHBOUR_REACH_M:
-            near.append((other.box, Pose((x, y + shift, z), other.pose.quaternion)))
-    return tuple(near)
-
-
-def request_of(goal: PlaceGoal, station: str, scan: Scan | None) -> PlaceRequest:
-    """What the arm is asked for."""
-    decision = goal.decision
-    return PlaceRequest(decision.box, goal.pick, station, decision.target, neighbours(goal, scan))
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,61 @@
-"""Reports of goals that were refused before anything moved."""
+"""The one report in which a goal ends: of a placement that was tried, or of a refusal."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
 
-from arm_executor.goals.admission import PlaceGoal, Refusal
+from arm_executor.goals.admission import Refusal
+from arm_executor.goals.place_goal import PlaceGoal
+from arm_executor.model.arm_interface import MotionResult
 from pack_msgs_py.cell_values import Report
+from pack_msgs_py.geometry.pose import corner_distance, metres, turn_between
+
+
+@dataclass(frozen=True)
+class GoalTimes:
+    """Seconds of a goal before its motion.
+
+    ``budget_s`` is the time from receipt to deadline, ``planning_s`` what planning took of it,
+    ``wait_s`` how long the arm had to wait for the belt, robot time.
+    """
+
+    budget_s: float
+    planning_s: float
+    wait_s: float
+
+
+def placement_report(
+    goal: PlaceGoal, result: MotionResult, times: GoalTimes, now_s: float
+) -> Report:
+    """Report of a goal that ended at ``now_s``, seconds since the epoch, with ``result``."""
+    decision, measured = goal.decision, result.measured
+    cycle_s = times.planning_s + result.motion_s
+    report = Report(
+        box_id=decision.box.id,
+        bin_id=decision.bin_id,
+        bin_serial=decision.bin_serial,
+        bin_revision=decision.bin_revision,
+        code=result.code,
+        message=result.message,
+        commanded=decision.target,
+        measured=measured,
+        others_moved_m=result.others_moved_m,
+        planning_s=times.planning_s,
+        wait_s=times.wait_s,
+        motion_s=result.motion_s,
+        cycle_s=cycle_s,
+        slack_s=times.budget_s - cycle_s,
+        goal_id=goal.goal_id,
+        stamp_s=now_s,
+    )
+    if measured is None:
+        return report
+    return replace(
+        report,
+        position_error_m=corner_distance(decision.target, measured, metres(decision.box.size_mm)),
+        angle_error_rad=turn_between(decision.target, measured),
+    )
 
 
 def refusal_report(goal: PlaceGoal, refusal: Refusal, now_s: float) -> Report:

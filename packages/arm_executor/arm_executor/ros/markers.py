@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from visualization_msgs.msg import Marker, MarkerArray
 
 from arm_executor.bins.book import BookState
-from arm_executor.goals.admission import find_scanned
 from arm_executor.model.colours import BELT, PALLET, STEEL, WALL, Colour, carton
 from arm_executor.model.layout import Block, Layout, bin_blocks, conveyor_block, rail_block
 from arm_executor.model.tree import ROOT, Joint
@@ -43,11 +42,11 @@ class Scene:
 
     def pick(self, box_id: str, positions: Sequence[float]) -> None:
         """The box called ``box_id`` is in the gripper of the arm at ``positions`` (7,)."""
-        found = find_scanned(self.scan, box_id)
+        scanned = None if self.scan is None else self.scan.find(box_id)
         self.held = None
-        if found is not None and self.tree and positions:
+        if scanned is not None and self.tree and positions:
             turn = pad_turn(self.tree, positions)
-            self.held = HeldBoxMarker(found.box, _on_pad(found.box, found.pose, turn))
+            self.held = HeldBoxMarker(scanned.box, _on_pad(scanned.box, scanned.pose, turn))
 
 
 def pad_turn(tree: Sequence[Joint], positions: Sequence[float]) -> Array:

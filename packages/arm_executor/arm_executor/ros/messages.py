@@ -7,8 +7,8 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from arm_executor.arms.true_boxes import TrueBox
 from arm_executor.bins.book import BookState
-from arm_executor.goals.admission import CELL_FRAME, PlaceGoal
 from arm_executor.goals.outputs import Progress, Status
+from arm_executor.goals.place_goal import CELL_FRAME, PlaceGoal
 from pack_msgs.action import PlaceBox
 from pack_msgs.msg import BoxScan
 from pack_msgs_py.cell_values import Decision

@@ -13,8 +13,8 @@ from std_srvs.srv import SetBool, Trigger
 
 from arm_executor.bins.book import BinBook, BookError
 from arm_executor.bins.cut_off import CutOffs
-from arm_executor.goals.admission import PlaceGoal
 from arm_executor.goals.core import ExecutorCore
+from arm_executor.goals.place_goal import PlaceGoal
 from arm_executor.model.layout import Layout, pick_pose
 from arm_executor.ros.messages import candidate
 from pack_msgs.msg import PlacementCheck

@@ -1,0 +1,80 @@
+"""A goal of place_box as plain values, and whether they can be used at all."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from arm_executor.bins.book import BookState
+from pack_msgs_py.cell_values import Decision
+from pack_msgs_py.checks import InvalidValue, check_finite, check_frame, check_pose
+from pack_msgs_py.codes import PlacementStatus
+from pack_msgs_py.geometry.pose import Pose
+from pack_msgs_py.orientation import ORIENTATIONS, oriented_size
+from pack_msgs_py.values import Bin, check_box, frame_name
+
+CELL_FRAME = 'cell'
+#: Two measurements of the same box agree within this much.
+SIZE_TOLERANCE_MM = 1.0
+
+
+@dataclass(frozen=True)
+class PlaceGoal:
+    """A goal of place_box as plain values.
+
+    ``pick`` is the centre of the box when it is grasped, in ``pick_frame``; ``frame_id`` is the
+    frame of ``decision.target``; times are seconds since the epoch.
+    """
+
+    decision: Decision
+    frame_id: str
+    pick: Pose
+    pick_frame: str
+    deadline_s: float
+    goal_id: bytes = bytes(16)
+
+
+def target_of(goal: PlaceGoal, bins: BookState) -> Bin:
+    """The bin that ``goal`` is for, when every value of it can be used.
+
+    Raises
+    ------
+    InvalidValue
+        A value cannot be used; the message names it, its value and what it may be.
+    """
+    decision = goal.decision
+    box = check_box(decision.box)
+    if decision.status is PlacementStatus.REJECT:
+        msg = f'placement of box {box.id!r} has status REJECT; only the conveyor rejects boxes'
+        raise InvalidValue(msg)
+    if decision.orientation not in ORIENTATIONS:
+        msg = f'orientation {decision.orientation!r} must be one of {", ".join(ORIENTATIONS)}'
+        raise InvalidValue(msg)
+    target = bins.find(decision.bin_id)
+    if target is None:
+        names = ', '.join(bin_.id for bin_ in bins.bins)
+        msg = f'there is no open bin {decision.bin_id!r}; open are {names or "none"}'
+        raise InvalidValue(msg)
+    check_frame('placement.header.frame_id', goal.frame_id, frame_name(target.station))
+    check_frame('pick_pose.header.frame_id', goal.pick_frame, CELL_FRAME)
+    check_pose('pick_pose', goal.pick)
+    check_pose('placement.pose', decision.target)
+    check_finite('deadline', goal.deadline_s)
+    true_size = oriented_size(box.size_mm, decision.orientation)
+    for axis, true, planned in zip('xyz', true_size, decision.size_mm, strict=True):
+        if planned < true - SIZE_TOLERANCE_MM:
+            msg = (
+                f'planned_size.{axis} is {planned} mm but box {box.id!r} takes {true:g} mm '
+                f'in orientation {decision.orientation!r}'
+            )
+            raise InvalidValue(msg)
+    for axis, centre, edge, limit in zip(
+        'xyz', decision.target.position, true_size, target.spec.size_mm, strict=True
+    ):
+        low, high = 1e3 * centre - edge / 2, 1e3 * centre + edge / 2
+        if low < -SIZE_TOLERANCE_MM or high > limit + SIZE_TOLERANCE_MM:
+            msg = (
+                f'placement.pose puts box {box.id!r} at {axis} {low:.1f} to {high:.1f} mm, '
+                f'outside bin {target.id!r} of {limit} mm'
+            )
+            raise InvalidValue(msg)
+    return target
