@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import domain_coordinator
 import pytest
-
-# pytest's importlib mode leaves the folder of the tests off the path
-sys.path.insert(0, str(Path(__file__).parent))
 
 
 @pytest.fixture

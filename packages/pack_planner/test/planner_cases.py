@@ -3,13 +3,37 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from functools import cache
 
 from pack_msgs_py.profiles import PROFILES, Profile
 from pack_msgs_py.values import Bin, BinSpec, Box
 from pack_planner.engine import Engine
 
 SMALL = BinSpec('60x40x40', (600, 400, 400))
+
+
+@cache
+def engine_of(profile: Profile) -> Engine:
+    """The engine of this profile: one for all tests of a process, built when first asked for."""
+    return Engine(profile)
+
+
+class Engines(Mapping[str, Engine]):
+    """Engines by name, none of which is built by importing the test that lists them."""
+
+    def __init__(self, profiles: Mapping[str, Profile]) -> None:
+        self._profiles = profiles
+
+    def __getitem__(self, name: str) -> Engine:
+        return engine_of(self._profiles[name])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._profiles)
+
+    def __len__(self) -> int:
+        return len(self._profiles)
 
 
 def random_box(rng: random.Random, name: str, *, low: int = 60, high: int = 280) -> Box:

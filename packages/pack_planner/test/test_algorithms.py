@@ -6,7 +6,7 @@ import random
 from dataclasses import replace
 
 import pytest
-from planner_cases import SMALL, random_box
+from planner_cases import SMALL, Engines, random_box
 
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.validator import validate_bins
@@ -14,9 +14,9 @@ from pack_msgs_py.values import Bin, BinSpec, Box, PlacedBox
 from pack_planner.algorithms import BUILT_IN, Problem, find_algorithm
 from pack_planner.decision.options import DecisionOptions
 from pack_planner.decision.policy import DecisionState, PolicySettings, next_step
-from pack_planner.engine import Engine, Zone
+from pack_planner.engine import Zone
 
-ENGINES = {name: Engine(profile) for name, profile in PROFILES.items()}
+ENGINES = Engines(PROFILES)
 TINY = BinSpec('40x30x30', (400, 300, 300))
 NEAREST_ONLY = ['first_fit', 'best_fit', 'dbl', 'lsah', 'heightmap_min', 'online_bph', 'walle',
                 'floor_building', 'column_building', 'best_short_side_fit']  # fmt: skip

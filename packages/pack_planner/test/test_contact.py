@@ -7,7 +7,7 @@ import random
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from planner_cases import SMALL, coarse, random_bin, random_box
+from planner_cases import SMALL, Engines, coarse, random_bin, random_box
 
 from pack_msgs_py.orientation import ORIENTATIONS, allowed_orientations
 from pack_msgs_py.profiles import planned_size
@@ -17,11 +17,13 @@ from pack_planner.algorithms import Problem, find_algorithm
 from pack_planner.engine import Engine
 from pack_planner.engine.contact import solids, touches, touching
 
-ENGINES = {
-    'paper': Engine(coarse('paper', 20)),
-    'cell': Engine(coarse('cell', 20)),
-    'cell-any': Engine(coarse('cell', 20, orientations='any')),
-}
+ENGINES = Engines(
+    {
+        'paper': coarse('paper', 20),
+        'cell': coarse('cell', 20),
+        'cell-any': coarse('cell', 20, orientations='any'),
+    }
+)
 
 
 def placed(corner, size, name='box'):

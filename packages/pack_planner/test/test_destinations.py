@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 import pytest
-from planner_cases import SMALL
+from planner_cases import SMALL, engine_of
 
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.validator import with_box
@@ -15,10 +15,8 @@ from pack_planner.decision.bin_closing import bin_to_close, next_destination
 from pack_planner.decision.options import DecisionOptions
 from pack_planner.decision.planner import PlaceStep, Planner, RejectStep
 from pack_planner.decision.policy import DecisionState, PolicySettings, by_wait, next_step
-from pack_planner.engine import Engine
 
 PAPER = PROFILES['paper']
-ENGINE = Engine(PAPER)
 
 
 def parcel(name, destination='', edge=100.0):
@@ -34,14 +32,14 @@ def bins(*destinations):
 
 def filled(target, *boxes):
     for box in boxes:
-        found = ENGINE.best_placement(box, [ENGINE.model(target)])
+        found = engine_of(PAPER).best_placement(box, [engine_of(PAPER).model(target)])
         target = with_box(target, found.placed)
     return target
 
 
 def step(algorithm, boxes, open_bins, **changes):
     settings = PolicySettings(algorithm, PAPER, **changes)
-    return next_step(settings, ENGINE, DecisionState(tuple(boxes), open_bins))
+    return next_step(settings, engine_of(PAPER), DecisionState(tuple(boxes), open_bins))
 
 
 @pytest.mark.parametrize('algorithm', BUILT_IN)
@@ -50,8 +48,8 @@ def test_every_algorithm_puts_a_box_only_into_a_bin_of_its_destination(algorithm
     for destination, index in (('south', 1), ('north', 0)):
         choice = step(algorithm, [parcel('a', destination)], open_bins, node_limit=500)
         assert choice.candidate.bin_index == index
-    models = tuple(ENGINE.model(one) for one in open_bins)
-    problem = Problem(ENGINE, (parcel('a', 'east'),), models)
+    models = tuple(engine_of(PAPER).model(one) for one in open_bins)
+    problem = Problem(engine_of(PAPER), (parcel('a', 'east'),), models)
     assert find_algorithm(algorithm)(problem) is None
 
 
@@ -90,7 +88,7 @@ def test_only_a_bin_that_would_help_is_closed():
     north, south = bins('north', 'south')
     fuller = filled(south, parcel('s', 'south', 300.0))
     open_bins = (filled(north, parcel('n', 'north')), fuller)
-    wanted = bin_to_close('fullest', ENGINE, [parcel('a', 'north')], open_bins)
+    wanted = bin_to_close('fullest', engine_of(PAPER), [parcel('a', 'north')], open_bins)
     assert wanted == open_bins[0]
     assert next_destination(wanted, [parcel('a', 'north')], (fuller,)) == 'north'
     assert next_destination(wanted, [], (fuller,)) == 'north'
@@ -118,7 +116,7 @@ def test_a_box_that_no_bin_serves_is_passed_over_only_so_often():
 
     def at(*counts):
         state = DecisionState(boxes, open_bins, passed_over=counts)
-        return next_step(settings, ENGINE, state), by_wait(state)
+        return next_step(settings, engine_of(PAPER), state), by_wait(state)
 
     assert isinstance(at(3, 9, 9)[0], Choice)
     closed, order = at(3, 9, 10)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from planner_cases import SMALL, coarse, random_bin, random_box
+from planner_cases import SMALL, Engines, coarse, random_bin, random_box
 
 from pack_msgs_py.orientation import ORIENTATIONS, allowed_orientations
 from pack_msgs_py.profiles import PROFILES, planned_size
@@ -84,7 +84,7 @@ PROFILE_CASES = {
     'share-only': coarse('paper', 20, min_support_share=0.8),
     'com-only': coarse('paper', 20, com_margin_mm=30.0),
 }
-ENGINES = {name: Engine(profile) for name, profile in PROFILE_CASES.items()}
+ENGINES = Engines(PROFILE_CASES)
 
 
 @pytest.mark.parametrize('name', PROFILE_CASES)

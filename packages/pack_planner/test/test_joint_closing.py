@@ -5,23 +5,22 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from joint_cases import tiny_problem
-from planner_cases import coarse
+from planner_cases import coarse, engine_of
 
 from pack_planner.algorithms.incumbent import greedy
-from pack_planner.engine import Engine
 from pack_planner.joint.bin_by_bin.assignments import group_bounds
 from pack_planner.joint.bin_by_bin.group import Group, empty_nodes
 from pack_planner.joint.bin_by_bin.group_bounds import Closing
 from pack_planner.joint.bin_by_bin.search import GroupedSearch, _split
 from pack_planner.joint.solve import JointSearch
 
-ENGINE = Engine(coarse('paper', 10))
+PROFILE = coarse('paper', 10)
 
 
 def search_of(problem, start):
-    joint = JointSearch(ENGINE, problem.boxes, problem.bins, problem.forbidden, start)
+    joint = JointSearch(engine_of(PROFILE), problem.boxes, problem.bins, problem.forbidden, start)
     return GroupedSearch(
-        ENGINE, problem.boxes, problem.bins, problem.forbidden, start, joint.reach, 0
+        engine_of(PROFILE), problem.boxes, problem.bins, problem.forbidden, start, joint.reach, 0
     )
 
 
@@ -38,7 +37,7 @@ def listed(problem):
 
 def with_a_start(count, seeds):
     for seed in seeds:
-        problem = tiny_problem(ENGINE, seed, count)
+        problem = tiny_problem(engine_of(PROFILE), seed, count)
         if greedy(problem, sorted(problem.boxes, key=lambda box: box.volume_mm3)):
             yield problem
 
@@ -100,11 +99,11 @@ def test_corners_that_others_may_hold_need_no_hold_here(elsewhere):
 def test_a_large_box_that_lies_on_small_ones_of_the_look_ahead_alone_is_found():
     found = 0
     for seed in range(100):
-        problem = tiny_problem(ENGINE, seed, 4)
+        problem = tiny_problem(engine_of(PROFILE), seed, 4)
         if greedy(problem, problem.boxes) is None:
             result = search_of(problem, None).run(lambda: False)
             found += result.candidates is not None and any(
-                not ENGINE.stands(one.placed, problem.bins[one.bin_index])
+                not engine_of(PROFILE).stands(one.placed, problem.bins[one.bin_index])
                 for one in result.candidates
             )
     assert found > 2

@@ -6,23 +6,22 @@ from dataclasses import replace
 
 import pytest
 from joint_cases import TINY, Oracle, tiny_problem
-from planner_cases import coarse
+from planner_cases import coarse, engine_of
 
 from pack_msgs_py.values import Bin, Box, PlacedBox
 from pack_planner.algorithms import Problem
 from pack_planner.algorithms.incumbent import best_incumbent
 from pack_planner.algorithms.mpack import mpack
-from pack_planner.engine import Engine
 from pack_planner.joint.by_solver.solvers import solve_joint
 from pack_planner.joint.solution import all_touch, joint_violations
 from pack_planner.joint.solve import JointSearch
 
-PAPER = Engine(coarse('paper', 50))
+PAPER = coarse('paper', 50)
 SEEDS = range(8)
 
 
 def solve(problem, backend):
-    about = (PAPER, problem.boxes, problem.bins, problem.forbidden, None)
+    about = (engine_of(PAPER), problem.boxes, problem.bins, problem.forbidden, None)
     if backend == 'search':
         return JointSearch(*about, cep=problem.cep).run(10**6, lambda: False)
     return solve_joint(*about, backend, 30.0, cep=problem.cep)
@@ -31,14 +30,14 @@ def solve(problem, backend):
 @pytest.mark.parametrize('backend', ['search', 'cp_sat', 'milp'])
 @pytest.mark.parametrize('seed', SEEDS)
 def test_with_contact_every_backend_finds_what_trying_everything_finds(seed, backend):
-    problem = tiny_problem(PAPER, seed, 2, cep=True)
+    problem = tiny_problem(engine_of(PAPER), seed, 2, cep=True)
     result = solve(problem, backend)
     assert result.proven
     if result.candidates is not None:
-        assert all_touch(result.candidates, problem.bins, PAPER)
-        assert joint_violations(result.candidates, problem.bins, PAPER) == []
+        assert all_touch(result.candidates, problem.bins, engine_of(PAPER))
+        assert joint_violations(result.candidates, problem.bins, engine_of(PAPER)) == []
     bound = result.objective - 1e-6
-    assert Oracle(PAPER, cep=True).least(problem.boxes, problem.bins, bound) == bound
+    assert Oracle(engine_of(PAPER), cep=True).least(problem.boxes, problem.bins, bound) == bound
 
 
 @pytest.mark.parametrize('backend', ['search', 'cp_sat', 'milp'])
@@ -46,7 +45,7 @@ def test_a_box_that_could_only_stand_free_goes_to_another_bin(backend):
     pedestal = PlacedBox(Box('pedestal', (200.0, 150.0, 50.0)), (50, 50, 0), (200, 150, 50), 'xyz')
     bins = (Bin('a', 1, TINY, (pedestal,)), Bin('b', 2, TINY))
     box = Box('new', (200.0, 150.0, 100.0))
-    problem = Problem(PAPER, (box,), tuple(PAPER.model(one) for one in bins))
+    problem = Problem(engine_of(PAPER), (box,), tuple(engine_of(PAPER).model(one) for one in bins))
     free, touching = solve(problem, backend), solve(replace(problem, cep=True), backend)
     assert free.proven and touching.proven
     assert [one.bin_index for one in free.candidates] == [0]
@@ -56,8 +55,8 @@ def test_a_box_that_could_only_stand_free_goes_to_another_bin(backend):
 
 @pytest.mark.parametrize('seed', SEEDS)
 def test_the_start_and_the_decision_touch_too(seed):
-    problem = tiny_problem(PAPER, seed, 3, cep=True)
+    problem = tiny_problem(engine_of(PAPER), seed, 3, cep=True)
     start = best_incumbent(problem, problem.boxes)
     if start is not None:
-        assert all_touch(start, problem.bins, PAPER)
+        assert all_touch(start, problem.bins, engine_of(PAPER))
         assert mpack(problem) is not None

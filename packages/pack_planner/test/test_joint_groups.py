@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from joint_cases import Oracle, tiny_problem
-from planner_cases import coarse
+from planner_cases import Engines, coarse
 
 from pack_planner.algorithms.incumbent import best_incumbent, greedy
 from pack_planner.algorithms.mpack import warm_up
@@ -26,7 +26,7 @@ from pack_planner.joint.bin_by_bin.who_goes_behind import least_behind, room_for
 from pack_planner.joint.solution import all_touch, joint_violations
 from pack_planner.joint.solve import JointSearch
 
-ENGINES = {name: Engine(coarse(name, 50)) for name in ('paper', 'cell')}
+ENGINES = Engines({name: coarse(name, 50) for name in ('paper', 'cell')})
 
 
 def grouped(problem, start, out_of_time=lambda: False):

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from joint_cases import Oracle, tiny_problem
-from planner_cases import coarse, random_bin, random_box
+from planner_cases import Engines, coarse, random_bin, random_box
 
 from pack_planner.algorithms import Problem
 from pack_planner.algorithms.incumbent import best_incumbent, greedy
@@ -20,7 +20,7 @@ from pack_planner.joint.by_solver.solvers import solve_joint
 from pack_planner.joint.solution import joint_violations
 from pack_planner.joint.solve import JointSearch
 
-ENGINES = {name: Engine(coarse(name, 50)) for name in ('paper', 'cell')}
+ENGINES = Engines({name: coarse(name, 50) for name in ('paper', 'cell')})
 
 
 def search(problem, incumbent=None, nodes=10**6):

@@ -92,7 +92,7 @@ def counts_references(function: Dispatcher) -> bool:
 def test_what_is_compiled_without_counting_calls_nothing_that_counts():
     """Numba would compile that without counting too, if it came to it this way first, and fail."""
     checked = 0
-    for found in pkgutil.iter_modules(pack_planner.joint.__path__, 'pack_planner.joint.'):
+    for found in pkgutil.walk_packages(pack_planner.joint.__path__, 'pack_planner.joint.'):
         names = vars(importlib.import_module(found.name))
         for function in [one for one in names.values() if isinstance(one, Dispatcher)]:
             if counts_references(function):

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 from joint_cases import TINY, tiny_box, tiny_problem
-from planner_cases import coarse, random_bin, random_box
+from planner_cases import coarse, engine_of, random_bin, random_box
 
 from pack_msgs_py.codes import PlacementStatus
 from pack_msgs_py.rules import violations
@@ -19,11 +19,10 @@ from pack_planner.algorithms.incumbent import greedy
 from pack_planner.algorithms.mpack import mpack
 from pack_planner.algorithms.mpack_lite import mpack_lite
 from pack_planner.algorithms.opack import by_volume
-from pack_planner.engine import Engine
 
-PAPER = Engine(coarse('paper', 10))
+PAPER = coarse('paper', 10)
 # limits of what a top carries can keep a proof from ending; the tests of the optimum have them
-CELL = Engine(coarse('cell', 50, check_top_load=False))
+CELL = coarse('cell', 50, check_top_load=False)
 
 
 def pack(engine, spec, boxes, look_ahead, **options):
@@ -50,7 +49,7 @@ def joint_objective(choice):
 
 
 def test_the_joint_objective_is_never_above_that_of_mpack_lite_and_often_below():
-    engine = Engine(coarse('paper', 50))
+    engine = engine_of(coarse('paper', 50))
     better = compared = 0
     for seed in range(25):
         problem = tiny_problem(engine, seed, 3)
@@ -67,36 +66,36 @@ def test_the_joint_objective_is_never_above_that_of_mpack_lite_and_often_below()
 
 @pytest.mark.parametrize('seed', range(12))
 def test_the_chosen_box_stands_on_real_boxes_alone(seed):
-    problem = tiny_problem(CELL, seed, 4)
+    problem = tiny_problem(engine_of(CELL), seed, 4)
     choice = mpack(problem)
     if choice is None:
         for box in problem.boxes:
-            assert CELL.best_placement(box, problem.bins) is None
+            assert engine_of(CELL).best_placement(box, problem.bins) is None
         return
     assert choice.status is PlacementStatus.OPTIMAL and choice.gap == 0.0
     target = problem.bins[choice.candidate.bin_index].source
     placed = choice.candidate.placed
-    assert not list(violations(placed, target.boxes, target.spec, CELL.profile))
+    assert not list(violations(placed, target.boxes, target.spec, CELL))
 
 
 def test_the_farthest_box_is_left_out_when_not_all_fit():
     spec = BinSpec('20x10x10', (200, 100, 100))
     half, whole = Box('half', (100.0, 100.0, 100.0)), Box('whole', (200.0, 100.0, 100.0))
-    model = PAPER.model(Bin('a', 1, spec))
-    choice = mpack(Problem(PAPER, (half, replace(half, id='other'), whole), (model,)))
+    model = engine_of(PAPER).model(Bin('a', 1, spec))
+    choice = mpack(Problem(engine_of(PAPER), (half, replace(half, id='other'), whole), (model,)))
     assert choice is not None and choice.status is PlacementStatus.OPTIMAL
     assert 'of 2 boxes' in choice.reason
     # no two together: each is tried alone, the one of least increase is placed
-    choice = mpack(Problem(PAPER, (whole, half), (model,)))
+    choice = mpack(Problem(engine_of(PAPER), (whole, half), (model,)))
     assert choice is not None and choice.status is PlacementStatus.OPTIMAL
     assert choice.candidate.placed.box == whole
     full = with_box(model.source, choice.candidate.placed)
-    assert mpack(Problem(PAPER, (half, whole), (PAPER.model(full),))) is None
+    assert mpack(Problem(engine_of(PAPER), (half, whole), (engine_of(PAPER).model(full),))) is None
 
 
 def test_a_single_box_goes_where_mpack_lite_puts_it():
     for seed in range(8):
-        problem = tiny_problem(CELL, seed, 1)
+        problem = tiny_problem(engine_of(CELL), seed, 1)
         lite, joint = mpack_lite(problem), mpack(problem)
         assert (lite is None) == (joint is None)
         if lite is not None:
@@ -106,9 +105,9 @@ def test_a_single_box_goes_where_mpack_lite_puts_it():
 def test_a_whole_bin_packed_by_mpack_obeys_the_rules():
     rng = random.Random(4)
     boxes = [tiny_box(rng, f'box-{i}') for i in range(30)]
-    target, choices = pack(CELL, TINY, boxes, 4)
+    target, choices = pack(engine_of(CELL), TINY, boxes, 4)
     assert len(target.boxes) > 5
-    assert validate_sequence(target.boxes, TINY, CELL.profile) == []
+    assert validate_sequence(target.boxes, TINY, CELL) == []
     assert all(choice.status is PlacementStatus.OPTIMAL for choice in choices)
 
 
@@ -116,7 +115,7 @@ def test_a_budget_of_nodes_gives_the_same_plan_every_time():
     rng = random.Random(8)
     boxes = [random_box(rng, f'box-{i}') for i in range(12)]
     spec = BinSpec('60x40x40', (600, 400, 400))
-    plans = [pack(PAPER, spec, boxes, 5, node_limit=40, budget_s=1e6) for _ in range(2)]
+    plans = [pack(engine_of(PAPER), spec, boxes, 5, node_limit=40, budget_s=1e6) for _ in range(2)]
     assert plans[0] == plans[1]
     assert {choice.status for choice in plans[0][1]} == {
         PlacementStatus.BUDGET, PlacementStatus.OPTIMAL,
@@ -129,15 +128,15 @@ def test_a_budget_of_nodes_gives_the_same_plan_every_time():
 def test_without_any_time_there_is_still_an_answer():
     rng = random.Random(11)
     boxes = tuple(random_box(rng, f'box-{i}') for i in range(5))
-    model = PAPER.model(random_bin(PAPER, rng, 2))
+    model = engine_of(PAPER).model(random_bin(engine_of(PAPER), rng, 2))
     for backend in BACKENDS:
-        choice = mpack(Problem(PAPER, boxes, (model,), budget_s=0.0, backend=backend))
+        choice = mpack(Problem(engine_of(PAPER), boxes, (model,), budget_s=0.0, backend=backend))
         assert choice is not None and choice.status is PlacementStatus.BUDGET
         assert choice.gap > 0
 
 
 def test_the_previous_plan_is_a_start_for_the_next_decision():
-    engine = Engine(coarse('paper', 50))
+    engine = engine_of(coarse('paper', 50))
     continued = 0
     for seed in range(12):
         memory = Memory()
@@ -160,7 +159,7 @@ def test_the_previous_plan_is_a_start_for_the_next_decision():
 @pytest.mark.parametrize('backend', ['cp_sat', 'milp'])
 @pytest.mark.parametrize('decide', [mpack, mpack_lite])
 def test_a_decision_by_a_solver_has_the_objective_of_our_own(backend, decide):
-    engine = Engine(coarse('paper', 50))
+    engine = engine_of(coarse('paper', 50))
     for seed in (0, 2, 7):
         problem = tiny_problem(engine, seed, 2)
         ours, theirs = decide(problem), decide(replace(problem, backend=backend, budget_s=30.0))
@@ -176,4 +175,4 @@ def test_a_decision_by_a_solver_has_the_objective_of_our_own(backend, decide):
 
 def test_an_unknown_backend_is_refused():
     with pytest.raises(ValueError, match=r"unknown backend 'gurobi'.*search, cp_sat, milp"):
-        Problem(PAPER, (), (), backend='gurobi')
+        Problem(engine_of(PAPER), (), (), backend='gurobi')

@@ -7,17 +7,16 @@ import random
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from planner_cases import random_box
+from planner_cases import engine_of, random_box
 
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Bin, BinSpec, Box
 from pack_planner.algorithms import BUILT_IN, Choice
 from pack_planner.decision.options import DecisionOptions
 from pack_planner.decision.policy import DecisionState, PassedOver, PolicySettings, due, next_step
-from pack_planner.engine import Engine
 
 SPEC = BinSpec('40x30x30', (400, 300, 300))
-ENGINE = Engine(PROFILES['paper'])
+PAPER = PROFILES['paper']
 LARGE_BOX, SMALL_BOX = (300.0, 200.0, 200.0), (100.0, 100.0, 50.0)
 
 
@@ -39,7 +38,9 @@ def longest_wait(stream, limit, look_ahead, algorithm='mpack_lite', open_bins=1,
         waits.update({box.id: count for box, count in zip(
             offered, counter.of(offered), strict=True)})  # fmt: skip
         step = next_step(
-            choose, ENGINE, DecisionState(offered, tuple(bins), passed_over=counter.of(offered))
+            choose,
+            engine_of(PAPER),
+            DecisionState(offered, tuple(bins), passed_over=counter.of(offered)),
         )
         assert step is not None
         if isinstance(step, Choice):
@@ -82,7 +83,7 @@ def test_no_box_is_passed_over_more_often_than_the_limit_says(algorithm, limit):
 def test_the_limit_holds_on_any_stream(seed, look_ahead, limit, selection, open_bins):
     rng = random.Random(seed)
     drawn = [random_box(rng, f'box-{i}', high=260) for i in range(20)]
-    stream = [box for box in drawn if ENGINE.fits_empty_bin(box, SPEC)]
+    stream = [box for box in drawn if engine_of(PAPER).fits_empty_bin(box, SPEC)]
     worst = longest_wait(stream, limit, look_ahead, open_bins=open_bins, selection=selection)
     assert worst <= max(limit, look_ahead - 1)
 
@@ -94,7 +95,9 @@ def test_a_box_that_is_due_is_next_for_every_algorithm(algorithm):
     )
     offered = (Box('a', SMALL_BOX), Box('due', LARGE_BOX), Box('b', SMALL_BOX))
     step = next_step(
-        choose, ENGINE, DecisionState(offered, (Bin('b', 1, SPEC),), passed_over=(1, 5, 0))
+        choose,
+        engine_of(PAPER),
+        DecisionState(offered, (Bin('b', 1, SPEC),), passed_over=(1, 5, 0)),
     )
     assert step.candidate.placed.box.id == 'due'
 
@@ -104,13 +107,17 @@ def test_a_bin_is_closed_for_a_box_that_is_due_though_others_would_fit():
     choose = PolicySettings(
         'mpack_lite', PROFILES['paper'], options=DecisionOptions(max_passed_over=5)
     )
-    first = next_step(choose, ENGINE, DecisionState((Box('first', LARGE_BOX),), (half,)))
+    first = next_step(choose, engine_of(PAPER), DecisionState((Box('first', LARGE_BOX),), (half,)))
     half = Bin('b', 1, SPEC, (first.candidate.placed,), revision=1)
     offered = (Box('a', SMALL_BOX), large)
     assert isinstance(
-        next_step(choose, ENGINE, DecisionState(offered, (half,), passed_over=(0, 4))), Choice
+        next_step(choose, engine_of(PAPER), DecisionState(offered, (half,), passed_over=(0, 4))),
+        Choice,
     )
-    assert next_step(choose, ENGINE, DecisionState(offered, (half,), passed_over=(0, 5))) == half
+    assert (
+        next_step(choose, engine_of(PAPER), DecisionState(offered, (half,), passed_over=(0, 5)))
+        == half
+    )
 
 
 def test_boxes_that_are_due_together_are_seen_to_in_time():

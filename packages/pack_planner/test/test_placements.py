@@ -8,23 +8,25 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from planner_cases import SMALL, coarse, random_bin, random_box
+from planner_cases import SMALL, Engines, coarse, random_bin, random_box
 
 from pack_msgs_py.orientation import ORIENTATIONS, allowed_orientations
 from pack_msgs_py.profiles import planned_size
 from pack_msgs_py.rules import violations
 from pack_msgs_py.values import Bin, Box, PlacedBox
-from pack_planner.engine import Engine, Zone
+from pack_planner.engine import Zone
 from pack_planner.engine.engine import REFUSED_RADIUS_MM
 from pack_planner.engine.placements import all_spots, spots_at
 from pack_planner.engine.points import corner_points, extreme_points
 from pack_planner.engine.surroundings import border, gaps, lost_volume
 
-ENGINES = {
-    'paper': Engine(coarse('paper', 20)),
-    'paper-any': Engine(coarse('paper', 20, orientations='any')),
-    'cell': Engine(coarse('cell', 20)),
-}
+ENGINES = Engines(
+    {
+        'paper': coarse('paper', 20),
+        'paper-any': coarse('paper', 20, orientations='any'),
+        'cell': coarse('cell', 20),
+    }
+)
 
 
 def rest_height(target, x, y, size):
