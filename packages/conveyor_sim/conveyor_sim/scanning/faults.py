@@ -75,7 +75,7 @@ TOUCHING = Fault(
 )
 OVERSIZE = Fault(
     'oversize',
-    happens='an ugly, 70 to 110 cm across the belt',
+    happens='the box is 70 to 110 cm wide across the belt',
     noticed='the gauge of the induct',
     ends='reject lane',
     code='`REASON_OVERSIZE`',
