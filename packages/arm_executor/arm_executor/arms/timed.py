@@ -147,11 +147,11 @@ class TimedArm:
 
     def set_bins(self, bins: Sequence[Bin], poses: Mapping[str, Pose]) -> dict[str, Pose]:
         """Every box stays where ``poses`` says."""
-        self._bins = {one.station: one for one in bins}
-        self._truth.keep({placed.box.id for one in bins for placed in one.boxes})
+        self._bins = {bin_.station: bin_ for bin_ in bins}
+        self._truth.keep({placed.box.id for bin_ in bins for placed in bin_.boxes})
         self._contents = {
-            one.station: {placed.box.id: poses[placed.box.id] for placed in one.boxes}
-            for one in bins
+            bin_.station: {placed.box.id: poses[placed.box.id] for placed in bin_.boxes}
+            for bin_ in bins
         }
         return {key: pose for each in self._contents.values() for key, pose in each.items()}
 

@@ -53,7 +53,7 @@ def foresee(view: CandidateView, placing: Placing | None, *, under_way: bool) ->
         return view
     poses = now.poses
     idle = replace(view.state, mode=Mode.IDLE, busy_with='')
-    if any(one.box.id == decision.box.id for one in target.boxes):
+    if any(placed.box.id == decision.box.id for placed in target.boxes):
         # measured and written down already; only the report is still to come
         return replace(view, state=idle)
     if not under_way:
@@ -107,9 +107,9 @@ class CandidateChecker:
         answers: list[Checked] = []
         try:
             while len(answers) < len(goals) and not self._ended.is_set():
-                found = self._checked(len(answers), goals[len(answers)])
-                answers.append(found)
-                if found.code is ErrorCode.NONE and found.motion_s <= enough_s:
+                answer = self._checked(len(answers), goals[len(answers)])
+                answers.append(answer)
+                if answer.code is ErrorCode.NONE and answer.motion_s <= enough_s:
                     text = f'not looked at, since candidate {len(answers)} will do'
                     answers += [Checked(ErrorCode.BUSY, text)] * (len(goals) - len(answers))
         except Exception:

@@ -275,18 +275,20 @@ class ExecutorCore:
     def _begin(self) -> None:
         try:
             arm = self._make_arm()
-            found = self._book.recover()
+            recovery = self._book.recover()
             state = self._book.state
             self._book.settled(arm.set_bins(state.bins, state.poses))
-            self._in_world = tuple(one.serial for one in state.bins)
+            self._in_world = tuple(bin_.serial for bin_ in state.bins)
         except Exception as error:
             self._fault = f'cannot start: {error}'
             self._emit(Failed(f'cannot start: {error}\n{traceback.format_exc()}'))
             return
-        for one in found.returned:
-            self._emit(Said('warning', f'box {one.placed.box.id!r} was in the gripper: returned'))
-        for one in found.unmeasured:
-            self._emit(Said('warning', f'box {one.placed.box.id!r} was just released: measured'))
+        for attempt in recovery.returned:
+            text = f'box {attempt.placed.box.id!r} was in the gripper: returned'
+            self._emit(Said('warning', text))
+        for attempt in recovery.unmeasured:
+            text = f'box {attempt.placed.box.id!r} was just released: measured'
+            self._emit(Said('warning', text))
         for event in self._book.events():
             self._emit(Happened(event))
         for closed, poses in self._book.closed():
@@ -303,7 +305,7 @@ class ExecutorCore:
             wall=self._wall,
         )
         self._emit(BinsChanged(self._book.state))
-        bins = ', '.join(f'{one.id} ({len(one.boxes)} boxes)' for one in self._book.state.bins)
+        bins = ', '.join(f'{bin_.id} ({len(bin_.boxes)} boxes)' for bin_ in self._book.state.bins)
         self._emit(Said('info', f'ready; open bins: {bins}'))
 
     def _ready(self) -> Tools:
@@ -328,7 +330,7 @@ class ExecutorCore:
         self._plans.clear()
         state = self._book.state
         self._ready().arm.set_bins(state.bins, state.poses)
-        self._in_world = tuple(one.serial for one in state.bins)
+        self._in_world = tuple(bin_.serial for bin_ in state.bins)
 
     def _reset(self, ticket: Ticket) -> None:
         try:

@@ -139,11 +139,11 @@ class Placing:
         return plan
 
     def _bin(self, tools: Tools) -> Bin:
-        found = tools.book.state.find(self.goal.decision.bin_id)
-        if found is None:
+        target = tools.book.state.find(self.goal.decision.bin_id)
+        if target is None:
             msg = f'bin {self.goal.decision.bin_id!r} was taken away while it was in use'
             raise RuntimeError(msg)
-        return found
+        return target
 
     def _wait(self, tools: Tools) -> None:
         """Until the belt holds the box at the pick point; ``MotionError`` if it does not come."""
@@ -256,7 +256,7 @@ class Placing:
         expected = resting_pose(placed, decision.target, standing)
         slack_s = self._budget_s - self._planning_s - result.motion_s
         code, text = judge(result, placed, expected, tools.settings.tolerance, slack_s=slack_s)
-        known = {one.box.id for one in target.boxes}
+        known = {other.box.id for other in target.boxes}
         others = {key: pose for key, pose in result.others.items() if key in known}
         tools.emit(Happened(tools.book.verified(result.measured, others)))
         tools.emit(BinsChanged(tools.book.state))
@@ -267,15 +267,15 @@ class Placing:
         placed, state = placed_of(self.goal.decision), tools.book.state
         target = self._bin(tools)
         bins = tuple(
-            replace(one, boxes=(*one.boxes, placed)) if one.serial == target.serial else one
-            for one in state.bins
+            replace(bin_, boxes=(*bin_.boxes, placed)) if bin_.serial == target.serial else bin_
+            for bin_ in state.bins
         )
         poses = {**state.poses, placed.box.id: self.goal.decision.target}
         settled = tools.arm.set_bins(bins, poses)
         return replace(
             result,
             measured=settled[placed.box.id],
-            others={one.box.id: settled[one.box.id] for one in target.boxes},
+            others={other.box.id: settled[other.box.id] for other in target.boxes},
         )
 
     def _report(self, tools: Tools, code: ErrorCode, text: str, result: MotionResult) -> Report:

@@ -138,7 +138,7 @@ def _stays(was: Pose, now: Pose) -> bool:
     )
 
 
-def _near(one: Pose, other: Pose, metres: float) -> bool:
-    return one is other or (
-        math.dist(one.position, other.position) <= metres and turn_between(one, other) <= DRIFT_RAD
+def _near(was: Pose, now: Pose, metres: float) -> bool:
+    return was is now or (
+        math.dist(was.position, now.position) <= metres and turn_between(was, now) <= DRIFT_RAD
     )

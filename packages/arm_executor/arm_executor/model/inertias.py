@@ -106,7 +106,7 @@ _UR20: SixLinks = (
 def _shortened(link: LinkInertia, mass: float, centre: Vec3, share: float) -> LinkInertia:
     """``link`` at ``share`` of its length (along x): tensor by mass, and by length squared."""
     by_mass = mass / link.mass
-    ixx, ixy, ixz, iyy, iyz, izz = (one * by_mass for one in link.tensor)
+    ixx, ixy, ixz, iyy, iyz, izz = (moment * by_mass for moment in link.tensor)
     along = share * share
     tensor = (
         ixx,

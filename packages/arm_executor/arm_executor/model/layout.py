@@ -218,8 +218,8 @@ def bin_blocks(layout: Layout, station: str, spec: BinSpec) -> tuple[Block, ...]
 
 
 def _block(frame: BinFrame, name: str, low: Vec3, high: Vec3) -> Block:
-    one, two = frame.to_cell(Pose(low)).position, frame.to_cell(Pose(high)).position
-    pairs = [(min(a, b), max(a, b)) for a, b in zip(one, two, strict=True)]
+    corner, opposite = frame.to_cell(Pose(low)).position, frame.to_cell(Pose(high)).position
+    pairs = [(min(a, b), max(a, b)) for a, b in zip(corner, opposite, strict=True)]
     return Block(
         name, (pairs[0][0], pairs[1][0], pairs[2][0]), (pairs[0][1], pairs[1][1], pairs[2][1])
     )
@@ -298,10 +298,10 @@ def check_layout(layout: Layout, bins: Mapping[str, BinSpec]) -> Layout:
     blocks = [conveyor_block(layout), _pedestal_sweep(layout)]
     for station, spec in bins.items():
         blocks += bin_blocks(layout, station, spec)
-    for one, two in itertools.combinations(blocks, 2):
-        if one.name.split()[:2] != two.name.split()[:2] and one.overlaps(two):
+    for block, other in itertools.combinations(blocks, 2):
+        if block.name.split()[:2] != other.name.split()[:2] and block.overlaps(other):
             msg = (
-                f'layout: {one.name} ({_span(one)}) overlaps {two.name} ({_span(two)}); '
+                f'layout: {block.name} ({_span(block)}) overlaps {other.name} ({_span(other)}); '
                 'move the station or use a smaller bin'
             )
             raise LayoutError(msg)

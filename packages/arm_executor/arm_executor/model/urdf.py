@@ -146,7 +146,7 @@ def _cylinder(mass: float, height: float, radius: float, length: float) -> LinkI
 def _capsule(capsule: Capsule, tag: str) -> str:
     start, end = capsule.start, capsule.end
     span = [b - a for a, b in zip(start, end, strict=True)]
-    length = math.sqrt(sum(one * one for one in span))
+    length = math.sqrt(sum(part * part for part in span))
     middle = ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2, (start[2] + end[2]) / 2)
     turn = (0.0, math.atan2(math.hypot(span[0], span[1]), span[2]), math.atan2(span[1], span[0]))
     bar = f'<cylinder radius="{capsule.radius:g}" length="{length:.6f}"/>'

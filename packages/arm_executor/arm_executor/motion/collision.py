@@ -57,11 +57,11 @@ class PlanningWorld:
         self._tool = {n for n, name in self._links.items() if name in _TOOL_LINKS}
         for link in self._tool:
             bullet.set_groups(self._client, self._robot, link, _TOOL_GROUP, ~_HELD_GROUP)
-        for one in self._links:
+        for link in self._links:
             for other in self._links:
-                if abs(one - other) <= _NEIGHBOUR_LINKS:
+                if abs(link - other) <= _NEIGHBOUR_LINKS:
                     pybullet.setCollisionFilterPair(
-                        self._robot, self._robot, one, other, 0, physicsClientId=self._client
+                        self._robot, self._robot, link, other, 0, physicsClientId=self._client
                     )
         self._bodies: dict[str, tuple[int, object, tuple[Vec3, Vec3]]] = {}
         self._names: dict[int, str] = {self._robot: 'arm'}
@@ -84,7 +84,7 @@ class PlanningWorld:
 
     def obstacles(self, without: Collection[str] = ()) -> Obstacles:
         """Extents of all obstacles but those called one of ``without``."""
-        spans = [one[2] for name, one in self._bodies.items() if name not in without]
+        spans = [body[2] for name, body in self._bodies.items() if name not in without]
         low, high = (np.array([span[end] for span in spans]).reshape(-1, 3) for end in (0, 1))
         return Obstacles(low, high)
 
@@ -225,8 +225,8 @@ def _quaternions(turns: Array) -> list[list[float]]:
         ]
     )
     _, vectors = np.linalg.eigh(np.moveaxis(table, -1, 0))
-    found: list[list[float]] = vectors[:, :, -1].tolist()
-    return found
+    quaternions: list[list[float]] = vectors[:, :, -1].tolist()
+    return quaternions
 
 
 def _coarse_to_fine(count: int) -> list[int]:

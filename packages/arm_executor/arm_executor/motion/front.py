@@ -111,14 +111,14 @@ class FrontPlanner:
         world = self._world
         belt = {f'box {box.id} on the belt': (box, pose) for box, pose in request.belt}
         try:
-            for one, (box, pose) in belt.items():
-                world.set_box(one, metres(box.size_mm), pose)
+            for obstacle, (box, pose) in belt.items():
+                world.set_box(obstacle, metres(box.size_mm), pose)
             world.hold(task.size, f'box {name}')
             return self._first(request, lying, task, pick, q, options, begun)
         finally:
             world.drop()
-            for one in belt:
-                world.remove(one)
+            for obstacle in belt:
+                world.remove(obstacle)
 
     def _first(
         self,
@@ -197,10 +197,10 @@ class FrontPlanner:
             if rise and up is not None:
                 points = [q, up, before, option.pick]
             way = blended(points, corner, range(1, len(points) - 1))
-            found = self._bare_hit(request, task, way, at_pick=True)
-            if found is None:
+            touched = self._bare_hit(request, task, way, at_pick=True)
+            if touched is None:
                 return way
-            hit = hit or found
+            hit = hit or touched
         return hit
 
     def _carry(self, task: Task, pick: Vec3, option: FrontStance) -> Array | str:
@@ -215,10 +215,10 @@ class FrontPlanner:
                 hit = hit or 'a joint limit'
                 continue
             way = blended([option.pick, lifted, *down], corner, (1, 2))
-            found = self._carry_hit(way)
-            if found is None:
+            touched = self._carry_hit(way)
+            if touched is None:
                 return way
-            hit = hit or found
+            hit = hit or touched
         return hit
 
     def _retreat(self, request: PlaceRequest, task: Task, option: FrontStance) -> JointPath | str:
@@ -237,26 +237,26 @@ class FrontPlanner:
             samples = rounded(way.retreat(style, obstacles), style.corner, PATH_STEP)
             path = joint_path(self._kinematics, samples, option.branch)
             follows = None if path is None else starting_at(path, option.place)
-            found = (
+            touched = (
                 'a joint limit'
                 if follows is None
                 else self._bare_hit(request, task, follows.q, at_pick=False)
             )
-            if follows is not None and found is None:
+            if follows is not None and touched is None:
                 return follows
-            hit = hit or found or ''
+            hit = hit or touched or ''
         return hit
 
     def _level(self, task: Task, point: Vec3, near: Array) -> Array | None:
         """Configuration (7,) with the tool level at ``point`` next to ``near``."""
-        found = self._kinematics.tool_ahead([near[0]], [point], task.pick_yaw)[0]
-        found = found[~np.isnan(found).any(axis=1)]
-        if not len(found):
+        solutions = self._kinematics.tool_ahead([near[0]], [point], task.pick_yaw)[0]
+        solutions = solutions[~np.isnan(solutions).any(axis=1)]
+        if not len(solutions):
             return None
-        for one in found:
-            one[6] += QUARTER * round((near[6] - one[6]) / QUARTER)
-            unwind(one, near)
-        best: Array = found[int(np.abs(found - near).max(axis=1).argmin())]
+        for q in solutions:
+            q[6] += QUARTER * round((near[6] - q[6]) / QUARTER)
+            unwind(q, near)
+        best: Array = solutions[int(np.abs(solutions - near).max(axis=1).argmin())]
         return best if np.abs(best - near).max() < 1.2 else None
 
     def _down(self, task: Task, option: FrontStance) -> Array | None:

@@ -52,7 +52,7 @@ def find_front_stances(
 ) -> list[FrontStance]:
     """Ways to stand, the quickest by estimate first."""
     rail = kinematics.layout.rail
-    rails = np.array([one for one in _PICK_RAILS if rail.x_min <= one <= rail.x_max])
+    rails = np.array([place for place in _PICK_RAILS if rail.x_min <= place <= rail.x_max])
     level = kinematics.tool_ahead(rails, np.tile(pick, (len(rails), 1)), task.pick_yaw).reshape(
         -1, 7
     )
@@ -75,14 +75,14 @@ def find_front_stances(
     rest += 0.8 * least_seconds(timing, above, q)
     estimate = to_grip[:, None] + to_above + rest[None]
     order = np.argsort(estimate, axis=None)[:_MAX_TRIED]
-    found = []
+    stances = []
     for grip, row in zip(*np.unravel_index(order, estimate.shape), strict=True):
         branch = int(rows[row, 1])
-        one = _stance(q, level[grip], above[row], place[row], branch)
-        if one is not None:
+        stance = _stance(q, level[grip], above[row], place[row], branch)
+        if stance is not None:
             key = (int(grip), int(row))
-            found.append(replace(one, estimate=float(estimate[grip, row]), key=key))
-    return found
+            stances.append(replace(stance, estimate=float(estimate[grip, row]), key=key))
+    return stances
 
 
 def _stance(q: Array, grip: Array, above: Array, place: Array, branch: int) -> FrontStance | None:

@@ -42,7 +42,7 @@ def turned_down(request: PlaceRequest) -> PlaceRequest:
     box, target = request.box, request.target
     turned = quaternion_product(target.quaternion, _BACK)
     if not stands_upright(turned):
-        text = ', '.join(f'{one:.3f}' for one in target.quaternion)
+        text = ', '.join(f'{part:.3f}' for part in target.quaternion)
         msg = (
             f'box {box.id}: the target quaternion ({text}) brings up a face that the arm cannot '
             'take; it takes boxes by the top or by the front (-y)'

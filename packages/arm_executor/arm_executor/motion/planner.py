@@ -184,7 +184,7 @@ class MotionPlanner:
             if isinstance(motion, str):
                 hit = hit or motion
             elif best is not None:
-                return min(best, motion, key=lambda one: one.duration)
+                return min(best, motion, key=lambda candidate: candidate.duration)
             elif motion.duration < _QUICK_S:
                 return motion
             else:
@@ -248,7 +248,7 @@ class MotionPlanner:
         d4 = BRANCHES[stance.branch][0] * self.kinematics.robot.d4
         way = find_way(task, stance, begin, float(at[6]), d4)
         placed = ('the box in place', task.place, turned)
-        found: list[JointPath] = []
+        checked: list[JointPath] = []
         for leg, check in (
             (way.approach, lambda path: self._bare_hit(task, path, *waiting)),
             (way.carry, lambda path: self._carry_hit(task, path)),
@@ -257,9 +257,9 @@ class MotionPlanner:
             path = self._first_free(task, stance, styles, at, leg, check)
             if isinstance(path, str):
                 return path
-            found.append(path)
+            checked.append(path)
             at = path.q[-1]
-        return _Paths(switch, *found)
+        return _Paths(switch, *checked)
 
     def _first_free(
         self,
@@ -335,7 +335,7 @@ class MotionPlanner:
             pieces.append(timed)
         carry, retreat = pieces[-2:]
         approach = joined(pieces[:-2])
-        before, on_way, after = (self._seen(self._every(one)) for one in (approach, carry, retreat))
+        before, on_way, after = (self._seen(self._every(leg)) for leg in (approach, carry, retreat))
         turned = task.pick_yaw + task.turn
         hit = (
             self._carry_hit(task, on_way)

@@ -89,18 +89,18 @@ def find_stances(
     estimate += np.where(
         np.arange(8) == branch, 0.0, _SWITCH_S + least_seconds(timing, start, hover)
     )
-    found = [
+    stances = [
         Stance(float(estimate[row, posture]), posture, pick_rail, place_rail)
         for row, (pick_rail, place_rail) in enumerate(sorted(options))
         for posture in _ELBOW_UP
         if np.isfinite(estimate[row, posture])
     ]
-    return sorted(found, key=lambda one: one.estimate)
+    return sorted(stances, key=lambda stance: stance.estimate)
 
 
-def least_seconds(timing: Timing, one: Array, other: Array) -> Array:
+def least_seconds(timing: Timing, start: Array, end: Array) -> Array:
     """Least seconds between configurations (..., 7) at rest, without the last joint."""
-    way = np.abs(other - one)[..., :6]
+    way = np.abs(end - start)[..., :6]
     way[..., 1:] = np.minimum(way[..., 1:], np.abs(2 * math.pi - way[..., 1:]))
     speed, acceleration = timing.max_speed[:6], timing.max_acceleration[:6]
     ramp = speed * speed / acceleration

@@ -53,8 +53,8 @@ class Obstacles:
             (self.low[None, :, :2] < (xy + reach)[:, None])
             & (self.high[None, :, :2] > (xy - reach)[:, None])
         ).all(axis=2)
-        found: Array = np.where(under, self.high[None, :, 2], 0.0).max(axis=1, initial=0.0)
-        return found
+        highest: Array = np.where(under, self.high[None, :, 2], 0.0).max(axis=1, initial=0.0)
+        return highest
 
 
 def taut(

@@ -111,7 +111,7 @@ def make_task(request: PlaceRequest, site: Site, layout: Layout) -> Task:
     tops = [pose.position[2] + box.size_mm[2] / 2000 for box, pose in request.belt]
     floor = site.frame.origin[2]
     front = None
-    rim = max([floor, *(one.high[2] for one in site.boxes)])
+    rim = max([floor, *(box.high[2] for box in site.boxes)])
     if site.spec.name in OPEN_FRONT:
         front = _front(site, layout)
         rim = floor
@@ -133,9 +133,9 @@ def make_task(request: PlaceRequest, site: Site, layout: Layout) -> Task:
 def _front(site: Site, layout: Layout) -> OpenFront:
     length, breadth, _ = metres(site.spec.size_mm)
     ends = [site.frame.to_cell(Pose((x, breadth, 0.0))).position for x in (0.0, length)]
-    y, x = ends[0][1], min(one[0] for one in ends)
+    y, x = ends[0][1], min(end[0] for end in ends)
     blocks = bin_blocks(layout, site.station, site.spec)
-    walls = tuple(one.name for one in blocks if one.name.endswith('wall'))
+    walls = tuple(block.name for block in blocks if block.name.endswith('wall'))
     return OpenFront(y, x, x + length, layout.stations.wall, walls)
 
 
@@ -145,11 +145,11 @@ def _height_under(
     """Height of what is under a footprint."""
     (x, y), (ex, ey) = at, half
     under, what = site.frame.origin[2], f'the floor of bin {site.station}'
-    for one in site.boxes:
-        beside_x = one.low[0] >= x + ex or one.high[0] <= x - ex
-        beside_y = one.low[1] >= y + ey or one.high[1] <= y - ey
-        if not beside_x and not beside_y and one.high[2] > under:
-            under, what = one.high[2], f'box {one.box_id}'
+    for box in site.boxes:
+        beside_x = box.low[0] >= x + ex or box.high[0] <= x - ex
+        beside_y = box.low[1] >= y + ey or box.high[1] <= y - ey
+        if not beside_x and not beside_y and box.high[2] > under:
+            under, what = box.high[2], f'box {box.box_id}'
     if under > base + _HIGHEST:
         msg = (
             f'box {name}: {what} reaches {1000 * (under - base):.0f} mm above where the base of '

@@ -112,7 +112,7 @@ def _leg(
     across: Array, start: Waypoint, end: Waypoint, what: Carried, style: PathStyle, over: Obstacles
 ) -> list[Waypoint]:
     line = taut(across, (start[3], end[3]), what, over, style.corner)
-    return [line[0], *(_raised(one, style.lift) for one in line[1:-1]), line[-1]]
+    return [line[0], *(_raised(point, style.lift) for point in line[1:-1]), line[-1]]
 
 
 def _straight(start: Waypoint, end: Waypoint) -> Array:

@@ -86,7 +86,7 @@ def _filled(default: Any, content: Any, where: str) -> Any:  # noqa: ANN401 - a 
     """``default`` with the values of ``content``."""
     if not isinstance(content, Mapping):
         raise LayoutError(f'layout {where}: expected a mapping, got {content!r}')
-    known = {one.name: getattr(default, one.name) for one in fields(default)}
+    known = {part.name: getattr(default, part.name) for part in fields(default)}
     values: dict[str, Any] = {}
     for key, value in content.items():
         if key not in known:

@@ -63,7 +63,7 @@ def _spread(edge: float, room: float) -> Array:
 def pad_points(layout: Layout, station: str, spec: BinSpec, centres: Array) -> Array:
     """Where the pad is (n, 3), frame `cell`, with the probe box at ``centres`` (n, 3)."""
     frame = bin_frame(layout, station, spec)
-    points = np.array([frame.to_cell(Pose(_vec(one))).position for one in centres])
+    points = np.array([frame.to_cell(Pose(_vec(centre))).position for centre in centres])
     points[:, 2] += PROBE_MM[2] / 2000
     return points
 
@@ -74,7 +74,7 @@ def configurations(kinematics: CellKinematics, points: Array) -> Array:
     Axes: point, place on the rail, branch, joint.
     """
     rail = kinematics.layout.rail
-    found = [
+    by_offset = [
         kinematics.tool_down(
             np.clip(points[:, 0] + offset, rail.x_min, rail.x_max),
             points,
@@ -83,7 +83,7 @@ def configurations(kinematics: CellKinematics, points: Array) -> Array:
         )
         for offset in RAIL_OFFSETS
     ]
-    return np.stack(found, axis=1)
+    return np.stack(by_offset, axis=1)
 
 
 def reached(layout: Layout, station: str, spec: BinSpec) -> float:
@@ -132,8 +132,8 @@ def _advice(layout: Layout) -> str:
 
 def _possible(q: Array) -> NDArray[np.bool_]:
     """Which points (n,) have a configuration among ``q`` (n, 11, 8, 7)."""
-    found = ~np.isnan(q).any(axis=3)
-    return np.asarray(found.reshape(len(q), -1).any(axis=1))
+    exists = ~np.isnan(q).any(axis=3)
+    return np.asarray(exists.reshape(len(q), -1).any(axis=1))
 
 
 def _vec(row: Array) -> Vec3:

@@ -58,8 +58,8 @@ class StationReach:
     @property
     def median_s(self) -> float:
         """Median of the predicted times; NaN when no motion was found."""
-        found = [one for one in self.seconds.values() if one == one]
-        return float(np.median(found)) if found else float('nan')
+        seconds = [duration for duration in self.seconds.values() if duration == duration]
+        return float(np.median(seconds)) if seconds else float('nan')
 
     def within(self, deadline_s: float) -> float:
         """Share of the planned places whose time is within ``deadline_s``; NaN without any."""

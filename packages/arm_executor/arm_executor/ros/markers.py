@@ -91,21 +91,21 @@ def markers(scene: Scene, stamp: object) -> MarkerArray:
     """Everything in ``scene``, in place of all that was shown before."""
     wipe = Marker(action=Marker.DELETEALL)
     wipe.header.frame_id, wipe.header.stamp = ROOT, stamp
-    found = [wipe]
+    shown = [wipe]
     for name, frame, size, pose, colour in _cubes(scene):
-        found.append(_cube(len(found), name, frame, size, pose, colour, stamp))
-    return MarkerArray(markers=found)
+        shown.append(_cube(len(shown), name, frame, size, pose, colour, stamp))
+    return MarkerArray(markers=shown)
 
 
 def _cubes(scene: Scene) -> Iterator[tuple[str, str, Vec3, Pose, Colour]]:
     """Namespace, frame, size, pose and colour of each."""
     for name, block, colour in _blocks(scene):
         yield name, ROOT, block.size, Pose(block.centre), colour
-    for one in scene.bins.bins:
-        for placed in one.boxes:
+    for bin_ in scene.bins.bins:
+        for placed in bin_.boxes:
             pose = scene.bins.poses.get(placed.box.id)
             if pose is not None:
-                yield 'boxes', frame_name(one.station), *_box(placed.box, pose)
+                yield 'boxes', frame_name(bin_.station), *_box(placed.box, pose)
     if scene.held is not None:
         yield 'gripper', 'tcp', *_box(scene.held.box, scene.held.pose)
     for scanned in () if scene.scan is None else scene.scan.boxes:
@@ -116,8 +116,8 @@ def _cubes(scene: Scene) -> Iterator[tuple[str, str, Vec3, Pose, Colour]]:
 def _blocks(scene: Scene) -> Iterator[tuple[str, Block, Colour]]:
     yield 'cell', conveyor_block(scene.layout), BELT
     yield 'cell', rail_block(scene.layout), STEEL
-    for one in scene.bins.bins:
-        for block in bin_blocks(scene.layout, one.station, one.spec):
+    for bin_ in scene.bins.bins:
+        for block in bin_blocks(scene.layout, bin_.station, bin_.spec):
             yield 'bins', block, PALLET if block.name.endswith('floor') else _WALL
 
 

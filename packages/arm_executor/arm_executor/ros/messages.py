@@ -85,7 +85,7 @@ def diagnostics_to_ros(
         'tracking_error': f'{status.tracking_error:.0%} of what is allowed',
         'journal': journal,
         'revision': str(bins.revision),
-        **{one.id: f'{len(one.boxes)} boxes, {one.fill_rate:.1%} full' for one in bins.bins},
+        **{bin_.id: f'{len(bin_.boxes)} boxes, {bin_.fill_rate:.1%} full' for bin_ in bins.bins},
     }
     msg = DiagnosticArray(
         status=[

@@ -44,7 +44,7 @@ class Publishers:
     def bins(self, output: BinsChanged) -> None:
         """Every standing bin; the planner looks at the oldest first."""
         state = output.state
-        self._frames.update({one.id: frame_name(one.station) for one in state.bins})
+        self._frames.update({bin_.id: frame_name(bin_.station) for bin_ in state.bins})
         stamp_s = conversions.time_from_ros(self._stamp())
         snapshot = BinSnapshot(state.revision, stamp_s, state.bins)
         self._bin_state.publish(conversions.bins_to_ros(snapshot, dict(state.poses)))

@@ -56,17 +56,18 @@ class Services:
     async def _check(
         self, request: CheckPlacements.Request, response: CheckPlacements.Response
     ) -> CheckPlacements.Response:
-        asked: list[PlaceGoal | str] = [self._candidate(one) for one in request.candidates]
+        candidates = [self._candidate(msg) for msg in request.candidates]
         future = Future()
         enough_s = request.enough if math.isfinite(request.enough) else 0.0
-        self._core.check(future, [one for one in asked if isinstance(one, PlaceGoal)], enough_s)
+        goals = [goal for goal in candidates if isinstance(goal, PlaceGoal)]
+        self._core.check(future, goals, enough_s)
         answers = iter(await future)
-        for one in asked:
-            if isinstance(one, PlaceGoal):
-                found = next(answers)
-                check = (int(found.code), found.message, found.motion_s)
+        for goal in candidates:
+            if isinstance(goal, PlaceGoal):
+                answer = next(answers)
+                check = (int(answer.code), answer.message, answer.motion_s)
             else:
-                check = (int(ErrorCode.INVALID_GOAL), one, 0.0)
+                check = (int(ErrorCode.INVALID_GOAL), goal, 0.0)
             response.checks.append(
                 PlacementCheck(error_code=check[0], error_msg=check[1], motion_time=check[2])
             )
@@ -115,12 +116,12 @@ class Services:
 
     def _cut_off(self, request: CutOff.Request, response: CutOff.Response) -> CutOff.Response:
         try:
-            found = self._cut_offs.cut_off(request.destination, request.next_destination)
+            answer = self._cut_offs.cut_off(request.destination, request.next_destination)
         except BookError as error:
             response.message = str(error)
         else:
-            response.success, response.message = True, str(found)
-            response.closed, response.pending = list(found.closed), list(found.pending)
+            response.success, response.message = True, str(answer)
+            response.closed, response.pending = list(answer.closed), list(answer.pending)
         self._drain()
         return response
 

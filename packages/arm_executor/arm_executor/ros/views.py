@@ -113,8 +113,10 @@ class Views:
         self._states.publish(msg)
         if self._tf.get_subscription_count():
             moving = (joint for joint in self._tree if joint.index is not None)
-            found = [self._transform(joint, joint.transform(now[1]), stamp) for joint in moving]
-            self._tf.publish(TFMessage(transforms=found))
+            transforms = [
+                self._transform(joint, joint.transform(now[1]), stamp) for joint in moving
+            ]
+            self._tf.publish(TFMessage(transforms=transforms))
 
     def _show_markers(self) -> None:
         watchers = self._markers.get_subscription_count()
@@ -131,7 +133,7 @@ class Views:
         stamp = self._node.get_clock().now().to_msg()
         belt = self._layout.conveyor
         head = Joint('', ROOT, 'belt', (0.0, belt.front_y, belt.top_z))
-        found = [
+        fixed = [
             self._transform(joint, joint.transform(()), stamp)
             for joint in (*self._tree, head)
             if joint.index is None
@@ -139,8 +141,8 @@ class Views:
         for station in STATIONS:
             frame = bin_frame(self._layout, station, spec)
             pose = frame.to_cell(Pose())
-            found.append(self._transform(Joint('', ROOT, frame_name(station)), pose, stamp))
-        return found
+            fixed.append(self._transform(Joint('', ROOT, frame_name(station)), pose, stamp))
+        return fixed
 
     @staticmethod
     def _transform(joint: Joint, pose: Pose, stamp: object) -> TransformStamped:

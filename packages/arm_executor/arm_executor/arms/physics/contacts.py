@@ -20,7 +20,7 @@ def touched_by(world: PhysicsWorld, box_id: str) -> str:
         bodyA=world.boxes[box_id].number, physicsClientId=world.client
     )
     others = {contact[2] for contact in contacts} - {world.robot}
-    return ', '.join(sorted(world.name_of(one) for one in others)) or 'nothing'
+    return ', '.join(sorted(world.name_of(number) for number in others)) or 'nothing'
 
 
 def collision(world: PhysicsWorld, box_id: str, weight_n: float, *, held: bool) -> str | None:

@@ -183,11 +183,11 @@ class SuctionGripper:
     def _yield_to(self, box_id: str | None) -> None:
         """The pad is soft to this box alone; also after the release, until the next one comes."""
         before, self._soft = self._soft, box_id
-        for one, collide in ((before, 1), (box_id, 0)):
-            if one is not None and one in self._world.boxes:
+        for soft_id, collide in ((before, 1), (box_id, 0)):
+            if soft_id is not None and soft_id in self._world.boxes:
                 pybullet.setCollisionFilterPair(
                     self._world.robot,
-                    self._world.boxes[one].number,
+                    self._world.boxes[soft_id].number,
                     self._world.links['tool'],
                     -1,
                     collide,

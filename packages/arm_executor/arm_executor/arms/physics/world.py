@@ -150,7 +150,7 @@ class PhysicsWorld:
     def name_of(self, number: int) -> str:
         """What people call a body."""
         names = {body.number: f'box {box_id}' for box_id, body in self.boxes.items()}
-        names |= {one: part for part, numbers in self._parts.items() for one in numbers}
+        names |= {number: part for part, numbers in self._parts.items() for number in numbers}
         return 'the arm' if number == self.robot else names.get(number, 'something unknown')
 
     def pose(self, box_id: str) -> Pose:
@@ -179,7 +179,7 @@ class PhysicsWorld:
 
         What rests is put to sleep, until something touches it.
         """
-        numbers = [self.boxes[one].number for one in box_ids]
+        numbers = [self.boxes[box_id].number for box_id in box_ids]
         still = 0
         for count in range(math.ceil(timeout_s / STEP_S)):
             if still >= _REST_STEPS:
@@ -191,7 +191,7 @@ class PhysicsWorld:
 
     def doze(self, box_ids: Iterable[str]) -> None:
         """Once all of ``box_ids`` have rested for half a second they sleep, while the arm moves."""
-        self._dozing = [self.boxes[one].number for one in box_ids]
+        self._dozing = [self.boxes[box_id].number for box_id in box_ids]
         self._doze_looks = 0
 
     def _look_at_dozing(self) -> None:
@@ -199,7 +199,7 @@ class PhysicsWorld:
         looks, between = divmod(self._doze_looks, _DOZE_EVERY)
         if between:
             return
-        if not all(self._rests(one, _DOZE_SPEED, _DOZE_TURN) for one in self._dozing):
+        if not all(self._rests(number, _DOZE_SPEED, _DOZE_TURN) for number in self._dozing):
             self._doze_looks = 0
         elif looks >= _DOZE_LOOKS:
             self._let_sleep(self._dozing)
@@ -233,7 +233,7 @@ class PhysicsWorld:
     def joint_state(self) -> tuple[Array, Array]:
         """Measured joint positions and speeds, (7,) each."""
         states = pybullet.getJointStates(self.robot, self.joints, physicsClientId=self.client)
-        return np.array([one[0] for one in states]), np.array([one[1] for one in states])
+        return np.array([state[0] for state in states]), np.array([state[1] for state in states])
 
     def put_arm(self, q: Array) -> None:
         """Set the joints without motion; only while the world is being made."""
