@@ -1,8 +1,20 @@
 from glob import glob
+from pathlib import Path
 
 from setuptools import find_packages, setup
 
 PACKAGE = 'pack_planner'
+
+
+def own_dependency(package: str) -> str:
+    """How to get a package of this repository, which no package index has.
+
+    From the folder beside this one, so that `pip install ./packages/pack_planner` is enough. An
+    sdist stands alone, and what is built from it asks for the other by its name.
+    """
+    folder = Path(__file__).resolve().parent.parent / package
+    return f'{package} @ {folder.as_uri()}' if (folder / 'setup.py').exists() else package
+
 
 setup(
     name=PACKAGE,
@@ -14,8 +26,13 @@ setup(
         ('share/' + PACKAGE, ['package.xml']),
         ('share/' + PACKAGE + '/config', glob('config/*.yaml')),
     ],
-    install_requires=['setuptools'],
-    extras_require={'test': ['pytest', 'hypothesis']},
+    python_requires='>=3.10',
+    install_requires=[own_dependency('pack_msgs_py'), 'numpy', 'numba>=0.58'],
+    extras_require={
+        'plot': ['matplotlib'],
+        'solvers': ['ortools'],
+        'test': ['pytest', 'hypothesis'],
+    },
     # numba caches compiled code beside the source, which a zipped package has no room for
     zip_safe=False,
     maintainer='Packing cell maintainers',

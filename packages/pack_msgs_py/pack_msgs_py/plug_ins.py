@@ -7,8 +7,8 @@ https://packaging.python.org/en/latest/specifications/entry-points/.
 
 from __future__ import annotations
 
+import hashlib
 import importlib
-import importlib.util
 import sys
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -34,7 +34,7 @@ def load_plug_in(where: str) -> object:
     try:
         module = _module_of_file(Path(place)) if place.endswith('.py') else _module_called(place)
     except Exception as error:
-        msg = f'{where!r}: {place} cannot be loaded: {type(error).__name__}: {error}'
+        msg = f'{where!r}: {place} cannot be loaded: {said(error, place)}'
         raise PlugInError(msg) from error
     try:
         return getattr(module, attribute)
@@ -49,24 +49,60 @@ def _module_called(name: str) -> ModuleType:
 
 
 def _module_of_file(path: Path) -> ModuleType:
-    """The module in the file at ``path``, loaded once however often it is asked for."""
+    """The module in the file at ``path``, loaded once for each content that it has."""
     path = path.expanduser().resolve()
-    name = f'plug_in_of{path.with_suffix("")}'.replace('/', '_')
+    content = path.read_bytes()
+    name = f'plug_in_of{path.with_suffix("")}_{_digest(content)}'.replace('/', '_')
     if name in sys.modules:
         return sys.modules[name]
-    spec = importlib.util.spec_from_file_location(name, path)
-    if spec is None or spec.loader is None:
-        msg = f'{path} is not a file of Python'
-        raise ImportError(msg)
-    module = importlib.util.module_from_spec(spec)
+    folder = str(path.parent)
+    if folder not in sys.path:
+        # it may import what lies beside it; last, so that this hides nothing
+        sys.path.append(folder)
+    module = ModuleType(name)
+    module.__file__ = str(path)
     # Known before it runs, as dataclasses in it look their own module up.
     sys.modules[name] = module
     try:
-        spec.loader.exec_module(module)
+        # Not by a loader: that takes the compiled code of another content of the same second.
+        exec(compile(content, str(path), 'exec', dont_inherit=True), vars(module))
     except BaseException:
         del sys.modules[name]
         raise
     return module
+
+
+def content_digest(where: str) -> str:
+    """Changes with the content of the file that ``where`` is in; empty when that is no file."""
+    place = where.rpartition(':')[0]
+    if not place.endswith('.py'):
+        return ''
+    try:
+        return _digest(Path(place).expanduser().read_bytes())
+    except OSError as error:
+        msg = f'{where!r}: {place} cannot be read: {error.strerror}'
+        raise PlugInError(msg) from None
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:12]
+
+
+def absolute_place(where: str) -> str:
+    """``where`` with an absolute path when it is in a file, for processes that work elsewhere."""
+    place, _, attribute = where.rpartition(':')
+    return f'{Path(place).expanduser().resolve()}:{attribute}' if place.endswith('.py') else where
+
+
+def said(error: BaseException, file: str) -> str:
+    """``error`` in a line, with the last line of ``file`` that it came through."""
+    path, line, trace = str(Path(file).expanduser().resolve()), 0, error.__traceback__
+    while trace is not None:
+        if trace.tb_frame.f_code.co_filename == path:
+            line = trace.tb_lineno
+        trace = trace.tb_next
+    text = f'{type(error).__name__}: {error}'
+    return f'{text} (line {line})' if line else text
 
 
 def plug_ins_by_name(group: str) -> dict[str, str]:

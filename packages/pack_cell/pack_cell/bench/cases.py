@@ -102,9 +102,9 @@ def cases_of(arguments: argparse.Namespace) -> list[Case]:
 def _algorithms(arguments: argparse.Namespace) -> list[tuple[str, AlgorithmSpec, str]]:
     """Names and algorithms, each with every backend that is asked for, if it has any."""
     from pack_cell.bench import paper
+    from pack_msgs_py.plug_ins import absolute_place
     from pack_planner.algorithms import algorithm_names, find_algorithm
     from pack_planner.algorithms.base import BACKENDS
-    from pack_planner.algorithms.own_file import absolute_name
     from pack_planner.joint.by_solver.solvers import cp_sat_installed
 
     backends = _items(arguments.backend, '--backend', ['search'])
@@ -127,7 +127,7 @@ def _algorithms(arguments: argparse.Namespace) -> list[tuple[str, AlgorithmSpec,
     if names == ['all']:
         names = list(algorithm_names())
     combinations = []
-    for name in map(absolute_name, names):
+    for name in map(absolute_place, names):
         algorithm = find_algorithm(name)
         if algorithm.backends:
             combinations += [(name, algorithm, backend) for backend in backends]

@@ -7,8 +7,8 @@ from typing import Any
 
 from pack_cell.options.parsers import BadValue
 from pack_msgs_py.parameter_fields import Value, check_value, parameter_fields
+from pack_msgs_py.plug_ins import absolute_place
 from pack_planner.algorithms import find_algorithm
-from pack_planner.algorithms.own_file import absolute_name
 from pack_planner.parameters import PlannerParameters, settings
 
 #: Parameters that follow from other options of ``cell run``.
@@ -27,7 +27,7 @@ def algorithm_name(text: str) -> str:
         find_algorithm(text)
     except ValueError as error:
         raise BadValue(str(error)) from None
-    return absolute_name(text)
+    return absolute_place(text)
 
 
 def planner_value(text: str) -> tuple[str, Value]:

@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
-from importlib.metadata import EntryPoints, entry_points
+from pathlib import Path
 from typing import TypeVar
 
+from pack_msgs_py.plug_ins import (
+    PlugInError,
+    content_digest,
+    load_plug_in,
+    plug_ins_by_name,
+    said,
+)
 from pack_planner.algorithms.base import Algorithm, Choice, Problem
 from pack_planner.algorithms.built_in import BUILT_IN
 from pack_planner.engine import Engine
@@ -38,8 +45,7 @@ class AlgorithmSpec:
     alternatives : name of the algorithm that says what to do when the arm refuses the choice;
         empty for itself. One that takes long needs a quick one.
     prepare : compiles, or loads, what deciding on a few boxes in one bin does not reach.
-    digest : of the file of one's own that it comes from, see
-        :func:`pack_planner.algorithms.own_file.load`.
+    digest : changes with the content of the file that it comes from, if it was asked for by that.
     """
 
     name: str
@@ -67,7 +73,8 @@ class AlgorithmSpec:
         except Exception as error:
             if self.is_built_in:
                 raise
-            msg = f'algorithm {self.name!r} failed: {told(error, self.decide)}'
+            file = inspect.getsourcefile(self.decide) or ''
+            msg = f'algorithm {self.name!r} failed: {said(error, file)} in {file}'
             raise AlgorithmError(msg) from error
         if choice is None or isinstance(choice, Choice):
             return choice
@@ -80,6 +87,9 @@ class AlgorithmSpec:
 
 #: What is registered so far, by name.
 SPECS: dict[str, AlgorithmSpec] = {}
+_plug_ins: dict[str, AlgorithmSpec] = {}
+#: Where a registered function keeps its specification.
+_ATTRIBUTE = '_algorithm_spec'
 
 
 def algorithm(
@@ -108,9 +118,9 @@ def algorithm(
         if name in BUILT_IN and function.__module__ != f'{_FOLDER}.{name}':
             msg = f'algorithm name {name!r} is taken by a built-in one: choose another'
             raise ValueError(msg)
-        SPECS[name] = AlgorithmSpec(
-            name, check_function(name, function), backends, alternatives, prepare
-        )
+        decide = check_function(name, function)
+        SPECS[name] = AlgorithmSpec(name, decide, backends, alternatives, prepare)
+        setattr(function, _ATTRIBUTE, SPECS[name])
         return function
 
     return register
@@ -138,9 +148,9 @@ def find_algorithm(which: str | Algorithm, digest: str = '') -> AlgorithmSpec:
 
     Parameters
     ----------
-    which : the name of a built-in or registered algorithm or of one of an installed package;
-        ``FILE.py:FUNCTION``; or the function itself.
-    digest : of the file that is meant; one that was read before in another version is read again.
+    which : the function itself; the name of a built-in or registered algorithm, or of one of an
+        installed package; ``folder/FILE.py:FUNCTION`` or ``MODULE:FUNCTION``.
+    digest : of the content that the file is to have; without one, a file is read once.
 
     Raises
     ------
@@ -154,53 +164,42 @@ def find_algorithm(which: str | Algorithm, digest: str = '') -> AlgorithmSpec:
     if which in BUILT_IN:
         import_module(f'{_FOLDER}.{which}')
         return SPECS[which]
-    if '.py' in which:
-        from pack_planner.algorithms.own_file import load
-
-        return load(which, digest)
-    return _of_package(which)
+    if which not in _plug_ins or digest not in ('', _plug_ins[which].digest):
+        _plug_ins[which] = _of_plug_in(which)
+    found = _plug_ins[which]
+    if digest not in ('', found.digest):
+        msg = f'algorithm {which!r} has changed since it was asked for: start again'
+        raise ValueError(msg)
+    return found
 
 
 def algorithm_names() -> tuple[str, ...]:
     """Every name that :func:`find_algorithm` knows, the built-in ones first."""
-    return tuple(dict.fromkeys((*BUILT_IN, *SPECS, *_installed().names)))
+    return tuple(dict.fromkeys((*BUILT_IN, *SPECS, *plug_ins_by_name(ENTRY_POINTS))))
 
 
 def _of_function(function: Algorithm) -> AlgorithmSpec:
     if isinstance(function, AlgorithmSpec):
         return function
-    for spec in SPECS.values():
-        if spec.decide is function:
-            return spec
+    registered = getattr(function, _ATTRIBUTE, None)
+    if isinstance(registered, AlgorithmSpec):
+        return registered
     name = getattr(function, '__name__', type(function).__name__)
     return AlgorithmSpec(name, check_function(name, function))
 
 
-def _installed() -> EntryPoints:
-    return entry_points(group=ENTRY_POINTS)
-
-
-def _of_package(name: str) -> AlgorithmSpec:
-    for entry in _installed().select(name=name):
-        try:
-            function = entry.load()
-        except Exception as error:
-            msg = f'algorithm {name!r} of the installed {entry.value} cannot be used: {error}'
-            raise ValueError(msg) from error
-        if name not in SPECS:
-            SPECS[name] = AlgorithmSpec(name, check_function(name, function))
-        return SPECS[name]
-    msg = f'unknown algorithm {name!r}: use one of {", ".join(algorithm_names())}'
-    raise ValueError(msg)
-
-
-def told(error: BaseException, near: Algorithm | str) -> str:
-    """``error`` in a line; with the last line of the file of ``near`` that it went through."""
-    file = near if isinstance(near, str) else inspect.getsourcefile(near) or ''
-    line, trace = 0, error.__traceback__
-    while trace is not None:
-        if trace.tb_frame.f_code.co_filename == file:
-            line = trace.tb_lineno
-        trace = trace.tb_next
-    text = f'{type(error).__name__}: {error}'
-    return f'{text} ({file}, line {line})' if line else text
+def _of_plug_in(which: str) -> AlgorithmSpec:
+    where = plug_ins_by_name(ENTRY_POINTS).get(which, which)
+    if ':' not in where:
+        hint = f'{which}:FUNCTION' if where.endswith('.py') else 'FILE.py:FUNCTION for your own'
+        msg = f'unknown algorithm {which!r}: use one of {", ".join(algorithm_names())}, or {hint}'
+        raise ValueError(msg)
+    try:
+        digest, function = content_digest(where), load_plug_in(where)
+    except PlugInError as error:
+        msg = f'algorithm {error}'
+        raise ValueError(msg) from error
+    # folders make a table unreadable
+    shown = Path(which).name if digest else which
+    spec = _of_function(check_function(shown, function))
+    return replace(spec, name=shown, digest=digest)

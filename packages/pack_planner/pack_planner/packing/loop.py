@@ -13,9 +13,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
-from pack_msgs_py.profiles import Profile
 from pack_msgs_py.rules import may_enter
 from pack_msgs_py.validator import with_box
 from pack_msgs_py.values import Bin, BinSpec, Box, PlacedBox
@@ -30,7 +28,7 @@ from pack_planner.decision.policy import (
     check_choice,
     next_step,
 )
-from pack_planner.engine import Engine, Weights
+from pack_planner.engine import Engine
 
 
 @dataclass(frozen=True)
@@ -95,12 +93,6 @@ class PackingTask:
     clock: Callable[[], float] = time.perf_counter
 
 
-@lru_cache(maxsize=8)
-def _engine(profile: Profile, weights: Weights) -> Engine:
-    """One engine per process, since compiled code takes a moment to load."""
-    return Engine(profile, weights)
-
-
 class PackingLoop:
     """Bins and belt while a stream is packed; iterate over it once, for what happens.
 
@@ -123,7 +115,7 @@ class PackingLoop:
         settings = task.settings
         warm_up(settings.algorithm, settings.profile, settings.backend)
         self._task = task
-        self._engine = _engine(settings.profile, settings.weights.of(task.bin_spec))
+        self._engine = Engine(settings.profile, settings.weights.of(task.bin_spec))
         self._stream = iter(stream)
         self._belt: list[Box] = []
         self._belt_boxes = max(task.look_ahead, task.belt_boxes)
