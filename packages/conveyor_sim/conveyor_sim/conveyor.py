@@ -1,7 +1,7 @@
 """The conveyor without ROS: feeds the belt, follows decisions and events, keeps the ledger.
 
-Every method that changes something takes the time, writes the ledger, and says what came of it in
-an :class:`Outcome`; the caller then tells the others. Times are seconds of a steady clock, stamps
+Every method that changes something takes the time, writes the ledger, and says what came of it as
+:class:`ConveyorNews`; the caller then tells the others. Times are seconds of a steady clock, stamps
 seconds since the epoch; what depends on the belt's own time is in robot seconds.
 """
 
@@ -12,12 +12,14 @@ from dataclasses import replace
 
 from conveyor_sim.belt.belt_time import BeltTime
 from conveyor_sim.belt.loop import Belt
-from conveyor_sim.induct.box_book import Book, rejection
+from conveyor_sim.box_moves import BoxMoves
+from conveyor_sim.induct.box_book import BoxBook, rejection
 from conveyor_sim.induct.induct import Induct, feed
-from conveyor_sim.ledger.ledger import BoxRecord, Ledger, Place
-from conveyor_sim.ledger.statistics import Statistics
+from conveyor_sim.ledger.ledger import BoxRecord, Ledger, Whereabouts
+from conveyor_sim.ledger.statistics import BeltStatistics
 from conveyor_sim.ledger.transitions import next_place
-from conveyor_sim.outcome import Outcome, Plan, merged
+from conveyor_sim.news import ConveyorNews, merged
+from conveyor_sim.operating_conditions import OperatingConditions
 from conveyor_sim.scan_maker import ScanMaker
 from conveyor_sim.streams.stream import Stream
 from pack_msgs_py.cell_values import BoxEvent, Decision, Scan, ScannedBox
@@ -45,22 +47,22 @@ class Conveyor:
         ledger: Ledger,
         *,
         length_m: float = 9.0,
-        plan: Plan | None = None,
+        conditions: OperatingConditions | None = None,
     ) -> None:
-        plan = plan or Plan()
+        conditions = conditions or OperatingConditions()
         self._belt = belt
         self._ledger = ledger
-        self._book = Book(stream, ledger, plan.inspection)
-        self._induct = Induct(stream, self._book, plan.arrivals, plan.inspection, belt.refusal)
-        self._time = BeltTime(belt, plan.jams, plan.speed)
+        inspection = conditions.inspection
+        self._book = BoxBook(stream, ledger, inspection)
+        self._induct = Induct(stream, self._book, conditions.arrivals, inspection, belt.refusal)
+        self._time = BeltTime(belt, conditions.jams, conditions.speed)
         self._clock = self._time.clock
         self._scans = ScanMaker(belt, ledger, self._book, length_m)
-        self._max_laps = plan.max_laps
         self._draining = ledger.setting('draining') == 'yes'
         self._newest: tuple[float, int] | None = None
-        self._chosen = self._handled = ''
         self._stirred = False
-        self.statistics = Statistics.from_text(ledger.setting('statistics'))
+        self.statistics = BeltStatistics.from_text(ledger.setting('statistics'))
+        self._moves = BoxMoves(belt, self._book, self._clock, self.statistics, conditions.max_laps)
 
     @property
     def supplied(self) -> int:
@@ -85,11 +87,11 @@ class Conveyor:
         return 'draining' if self._draining else 'running'
 
     @property
-    def counts(self) -> dict[Place, int]:
+    def counts(self) -> dict[Whereabouts, int]:
         """How many boxes are where; the sum is the number that was given out."""
         return self._book.counts()
 
-    def start(self, now_s: float, stamp_s: float) -> Outcome:
+    def start(self, now_s: float, stamp_s: float) -> ConveyorNews:
         """Take up the ledger where it ended, repeat the rejections it holds, and feed the belt."""
         records = self._book.load()
         fits = self._ledger.setting('geometry', self._belt.geometry) == self._belt.geometry
@@ -97,65 +99,61 @@ class Conveyor:
         robot_s, paused = self._ledger.setting('robot_s', '0'), self._ledger.setting('paused')
         self._time.restore(float(robot_s), now_s, paused=paused == 'yes')
         for record in records:
-            if record.place is Place.ON_BELT and fits and record.slot is not None:
+            if record.place is Whereabouts.ON_BELT and fits and record.slot is not None:
                 self._belt.put(self._book.box(record), record.slot, now_s, record.laps)
-            elif record.place is Place.ON_BELT:
-                self._book.set(replace(record, place=Place.WAITING, slot=None))
+            elif record.place is Whereabouts.ON_BELT:
+                self._book.set(replace(record, place=Whereabouts.WAITING, slot=None))
         if records:
             counts = ', '.join(f'{n} {p.value}' for p, n in self._book.counts().items() if n)
             self._book.note(f'goes on after {len(records)} boxes: {counts}')
         if self.condition != 'running':
             self._book.note(f'the belt is {self.condition}')
-        outcome = self._finish(now_s, stamp_s, moved=True)
+        news = self._finish(now_s, stamp_s, moved=True)
         self._ledger.set_setting('geometry', self._belt.geometry)
-        rejected = (rejection(record) for record in records if record.place is Place.REJECTED)
-        return replace(outcome, repeated=tuple(rejected))
+        rejected = (rejection(record) for record in records if record.place is Whereabouts.REJECTED)
+        return replace(news, repeated=tuple(rejected))
 
     # -- what others say ------------------------------------------------------------------------
 
-    def on_decision(self, decision: Decision, now_s: float, stamp_s: float) -> Outcome:
+    def on_decision(self, decision: Decision, now_s: float, stamp_s: float) -> ConveyorNews:
         """Bring the box of the newest decision; divert a rejected one to the reject lane."""
         key = (decision.stamp_s, decision.sequence)
         newest = self._newest
         if newest is not None and key[0] <= newest[0] and key[1] <= newest[1]:
-            return Outcome()
+            return ConveyorNews()
         self._newest = key
         self._advance(now_s)
         record = self._book.record(decision.box.id)
         if record is None:
             return self._unknown(decision.box.id)
         if decision.status is PlacementStatus.REJECT:
-            if record.place in (Place.ON_BELT, Place.WAITING):
+            if record.place in (Whereabouts.ON_BELT, Whereabouts.WAITING):
                 text = decision.reason or 'rejected by the planner'
-                self._reject(record, decision.reject_reason, text, now_s, stamp_s)
+                self._moves.reject(record, decision.reject_reason, text, now_s, stamp_s)
             return self._finish(now_s, stamp_s)
-        if record.place is Place.ON_BELT and record.slot is not None:
-            self._chosen = record.box_id
-            self._belt.bring(record.slot, now_s)
+        if self._moves.choose(record, now_s):
             return self._finish(now_s, stamp_s, moved=True)
-        return Outcome()
+        return ConveyorNews()
 
-    def on_handled(self, box_id: str, now_s: float, stamp_s: float) -> Outcome:
+    def on_handled(self, box_id: str, now_s: float, stamp_s: float) -> ConveyorNews:
         """The arm works on this box: bring it, whatever became of the decision that chose it."""
-        self._handled = box_id
-        record = self._book.record(box_id)
-        on_belt = record is not None and record.place is Place.ON_BELT
-        if record is None or record.slot is None or not on_belt or self._belt.brings(record.slot):
-            return Outcome()
+        record = self._moves.handle(box_id)
+        if record is None or record.slot is None:
+            return ConveyorNews()
         self._advance(now_s)
         self._book.note(f'{box_id}: the arm waits for it')
         self._belt.bring(record.slot, now_s)
         return self._finish(now_s, stamp_s, moved=True)
 
-    def on_event(self, event: BoxEvent, now_s: float, stamp_s: float) -> Outcome:
+    def on_event(self, event: BoxEvent, now_s: float, stamp_s: float) -> ConveyorNews:
         """Follow what happened to a box; an event that comes twice or late changes nothing."""
         self._advance(now_s)
         record = self._book.known(event.box_id)
         if record is None:
-            outcome = self._unknown(event.box_id)
-            if outcome.complaints:
-                return outcome
-            record = BoxRecord(-1, event.box_id, Place.WAITING)
+            news = self._unknown(event.box_id)
+            if news.complaints:
+                return news
+            record = BoxRecord(-1, event.box_id, Whereabouts.WAITING)
         stamp_ns = round(1e9 * (event.stamp_s or stamp_s))
         place = next_place(record, event.event, stamp_ns)
         if place is None:
@@ -163,75 +161,76 @@ class Conveyor:
                 # Back before its picking was heard of: the late PICKED must not take it away.
                 self._book.set(replace(record, stamp_ns=stamp_ns, returned=True))
             return self._finish(now_s, stamp_s, refill=False)
-        returned = record.returned or place is Place.ON_BELT
+        returned = record.returned or place is Whereabouts.ON_BELT
         moved = replace(record, place=place, stamp_ns=stamp_ns, returned=returned)
         moved = replace(moved, reason=event.reason, text=event.text)
         if record.ordinal < 0:
             # Not fed yet: one that came back to the belt waits at the induct.
-            unfed = Place.WAITING if place is Place.ON_BELT else place
+            unfed = Whereabouts.WAITING if place is Whereabouts.ON_BELT else place
             self._book.set(replace(moved, place=unfed))
-            return Outcome()
-        if place is Place.ON_BELT:
-            self._take_back(moved, now_s, stamp_s)
+            return ConveyorNews()
+        if place is Whereabouts.ON_BELT:
+            self._moves.take_back(moved, now_s, stamp_s)
         else:
-            picked = place in (Place.PICKED, Place.PLACED)
-            self._book.set(replace(moved, laps=self._leave_belt(record, now_s, picked=picked)))
-            self._let_fall(now_s, stamp_s)
-            if place is Place.LOST:
+            picked = place in (Whereabouts.PICKED, Whereabouts.PLACED)
+            laps = self._moves.leave_belt(record, now_s, picked=picked)
+            self._book.set(replace(moved, laps=laps))
+            self._moves.let_fall(now_s, stamp_s)
+            if place is Whereabouts.LOST:
                 self._book.note(f'{record.box_id} is lost {event.text}'.rstrip())
         return self._finish(now_s, stamp_s)
 
     def on_content(
         self, box_ids: Iterable[str], content_stamp_s: float, now_s: float, stamp_s: float
-    ) -> Outcome:
+    ) -> ConveyorNews:
         """Take every box that is in a bin as placed."""
-        records = {one: self._book.known(one) for one in box_ids}
-        outcomes = [
-            self.on_event(BoxEvent(one, _PLACED, stamp_s=content_stamp_s), now_s, stamp_s)
-            for one, record in records.items()
-            if record is None or record.place is not Place.PLACED
-        ]
-        return merged(outcomes)
+        records = {box_id: self._book.known(box_id) for box_id in box_ids}
+        return merged(
+            [
+                self.on_event(BoxEvent(box_id, _PLACED, stamp_s=content_stamp_s), now_s, stamp_s)
+                for box_id, record in records.items()
+                if record is None or record.place is not Whereabouts.PLACED
+            ]
+        )
 
     def on_empty_grasp(
         self, box_id: str, text: str, ended_s: float, now_s: float, stamp_s: float
-    ) -> Outcome:
+    ) -> ConveyorNews:
         """The arm found no box here: scan it again, unless it was since ``ended_s``, the stamp."""
         record = self._book.record(box_id)
         news_ns = 1e9 * (ended_s - OLD_NEWS_S)
-        if record is None or record.place is not Place.ON_BELT or news_ns <= record.stamp_ns:
-            return Outcome()
-        laps = self._leave_belt(record, now_s, picked=False)
-        self._book.scan_again(replace(record, laps=laps), Reason.FAULT, text, stamp_s)
+        if record is None or record.place is not Whereabouts.ON_BELT or news_ns <= record.stamp_ns:
+            return ConveyorNews()
+        self._moves.scan_again(record, Reason.FAULT, text, now_s, stamp_s)
         return self._finish(now_s, stamp_s)
 
-    def on_robot_time(self, spent_s: float, now_s: float, stamp_s: float) -> Outcome:
+    def on_robot_time(self, spent_s: float, now_s: float, stamp_s: float) -> ConveyorNews:
         """The arm has spent so much robot time on a goal; it counts at speed 0."""
         self._clock.pass_by(spent_s)
         return self.tick(now_s, stamp_s)
 
     # -- what the operator says -----------------------------------------------------------------
 
-    def pause(self, paused: bool, now_s: float, stamp_s: float) -> Outcome:
+    def pause(self, paused: bool, now_s: float, stamp_s: float) -> ConveyorNews:
         """Stop or resume feeding and moving; what others do to boxes is followed all the same."""
         if paused == self._time.paused:
-            return Outcome()
+            return ConveyorNews()
         self._advance(now_s)
         self._ledger.set_setting('paused', 'yes' if paused else 'no')
         self._time.pause(paused, now_s)
         self._book.note('paused' if paused else 'goes on')
         return self._finish(now_s, stamp_s, moved=True)
 
-    def drain(self, draining: bool, now_s: float, stamp_s: float) -> Outcome:
+    def drain(self, draining: bool, now_s: float, stamp_s: float) -> ConveyorNews:
         """Stop or resume feeding; what is on the belt goes on to be placed."""
         if draining == self._draining:
-            return Outcome()
+            return ConveyorNews()
         self._draining = draining
         self._ledger.set_setting('draining', 'yes' if draining else 'no')
         self._book.note('feeds no more' if draining else 'feeds again')
         return self._finish(now_s, stamp_s, moved=True)
 
-    def insert_box(self, box: Box, now_s: float, stamp_s: float) -> Outcome:
+    def insert_box(self, box: Box, now_s: float, stamp_s: float) -> ConveyorNews:
         """Lay a box on by hand: it waits at the induct and comes before new ones of the stream.
 
         Raises
@@ -246,7 +245,7 @@ class Conveyor:
         self._book.insert(box)
         return self._finish(now_s, stamp_s, moved=True)
 
-    def remove_box(self, box_id: str, now_s: float, stamp_s: float) -> Outcome:
+    def remove_box(self, box_id: str, now_s: float, stamp_s: float) -> ConveyorNews:
         """Take a box away by hand, from the belt or the induct, to the reject lane.
 
         Raises
@@ -255,25 +254,25 @@ class Conveyor:
             It is not there, or it is the one that the arm is to take next.
         """
         record = self._book.record(box_id)
-        if record is None or record.place not in (Place.ON_BELT, Place.WAITING):
+        if record is None or record.place not in (Whereabouts.ON_BELT, Whereabouts.WAITING):
             where = 'not known' if record is None else record.place.value
             msg = f'box {box_id!r} is not on the belt: it is {where}'
             raise ValueError(msg)
-        if self._is_spoken_for(box_id):
+        if self._moves.is_spoken_for(box_id):
             msg = f'box {box_id!r} is the one that the arm is to take next; pause the arm first'
             raise ValueError(msg)
-        self._reject(record, Reason.OPERATOR, 'removed by hand', now_s, stamp_s)
+        self._moves.reject(record, Reason.OPERATOR, 'removed by hand', now_s, stamp_s)
         return self._finish(now_s, stamp_s)
 
     def tune(self, now_s: float, *, belt_speed: float, speed: float, max_laps: int) -> None:
         """Change the belt's speed, the speed factor, and how often a box may be passed over."""
         self._advance(now_s)
-        self._max_laps = max_laps
+        self._moves.max_laps = max_laps
         self._time.tune(now_s, belt_speed, speed)
 
     # -- regularly ------------------------------------------------------------------------------
 
-    def tick(self, now_s: float, stamp_s: float) -> Outcome:
+    def tick(self, now_s: float, stamp_s: float) -> ConveyorNews:
         """Let happen what is due: arrivals, jams, laps, windows that close."""
         self._advance(now_s)
         return self._finish(now_s, stamp_s)
@@ -288,7 +287,7 @@ class Conveyor:
         arrival_s = self._induct.next_arrival_s(self._clock.at(now_s))
         if arrival_s is not None:
             due.append(self._clock.wall_s(arrival_s, now_s))
-        return min((one for one in due if one is not None), default=None)
+        return min((due_s for due_s in due if due_s is not None), default=None)
 
     def scan(self, now_s: float, stamp_s: float) -> Scan:
         """The look-ahead at this instant; each call has the next sequence number."""
@@ -307,17 +306,14 @@ class Conveyor:
 
     def _finish(
         self, now_s: float, stamp_s: float, *, refill: bool = True, moved: bool = False
-    ) -> Outcome:
+    ) -> ConveyorNews:
         """Fill the gaps, make it durable, and hand out what is to be told."""
-        self._starved(now_s, stamp_s)
+        self._moves.divert_starved(now_s, stamp_s)
         self._book.uncover()
         if refill and not self._time.stands:
             feed(self._induct, self._belt, self._clock, now_s, stamp_s, draining=self._draining)
-        missed = self._belt.missed()
-        for box_id in missed:
-            self.statistics.missed_windows += 1
-            self._book.note(f'{box_id}: not picked in its time, it goes round again')
-        changed = self._note_laps(now_s) or moved or self._stirred or bool(missed)
+        missed = self._moves.note_missed()
+        changed = self._moves.note_laps(now_s) or moved or self._stirred or missed
         self._stirred = False
         if changed:
             settings = {
@@ -327,75 +323,8 @@ class Conveyor:
             }
             self._book.save(settings)
         events, notes = self._book.news()
-        return Outcome(changed, events, notes=notes)
+        return ConveyorNews(changed, events, notes=notes)
 
-    def _unknown(self, box_id: str) -> Outcome:
+    def _unknown(self, box_id: str) -> ConveyorNews:
         ours = self._book.is_ours(box_id)
-        return Outcome(complaints=() if ours else (f'box {box_id!r} is not of this stream',))
-
-    def _note_laps(self, now_s: float) -> bool:
-        """Take the laps of the belt over into the records; whether there is anything to save."""
-        for item in self._belt.view(now_s):
-            record = self._book.record(item.box.id)
-            if record is not None and record.laps != item.laps:
-                self._book.set(replace(record, laps=item.laps))
-        return self._book.changed
-
-    def _starved(self, now_s: float, stamp_s: float) -> None:
-        """Divert boxes that were passed over too often, but not one that is to be picked."""
-        if not self._max_laps:
-            return
-        for item in self._belt.view(now_s):
-            record = self._book.record(item.box.id)
-            if item.laps > self._max_laps and record and not self._is_spoken_for(item.box.id):
-                text = f'passed over {item.laps} times, at most {self._max_laps} are allowed'
-                self._reject(record, Reason.MAX_LAPS, text, now_s, stamp_s)
-
-    def _let_fall(self, now_s: float, stamp_s: float) -> None:
-        """Boxes that fall off the belt do so while it moves, not while the arm can take them."""
-        for item in self._belt.view(now_s):
-            record = self._book.record(item.box.id)
-            if record is not None and not item.held and self._book.falls(record):
-                self._reject(record, Reason.FAULT, 'fell off the belt', now_s, stamp_s)
-
-    def _is_spoken_for(self, box_id: str) -> bool:
-        """Whether the arm has, or is about to get, a goal for this box."""
-        return box_id in (self._chosen, self._handled)
-
-    def _reject(
-        self, record: BoxRecord, reason: Reason, text: str, now_s: float, stamp_s: float
-    ) -> None:
-        laps = self._leave_belt(record, now_s, picked=False)
-        self._book.reject(replace(record, laps=laps), reason, text, stamp_s)
-
-    def _leave_belt(self, record: BoxRecord, now_s: float, *, picked: bool) -> int:
-        """Take a box off the belt if it is there; return its laps."""
-        if record.place is not Place.ON_BELT or record.slot is None:
-            return record.laps
-        if self._chosen == record.box_id:
-            self._chosen = ''
-        if picked:
-            held = any(item.held for item in self._belt.view(now_s) if item.slot == record.slot)
-            self.statistics.picks += 1
-            self.statistics.late_picks += not held and self._clock.speed > 0
-        laps = self._belt.take(record.slot, now_s, picked=picked)
-        if record.fed_s is not None:
-            self.statistics.waited(record.box_id, self._clock.at(now_s) - record.fed_s, laps)
-        return laps
-
-    def _take_back(self, record: BoxRecord, now_s: float, stamp_s: float) -> None:
-        """Lay a box that the arm brought back where the arm takes it next.
-
-        Boxes that make room for it go back to the induct; so does one that is not as scanned.
-        """
-        if record.reason is Reason.INVALID_DATA:
-            self._book.scan_again(record, record.reason, record.text, stamp_s)
-            return
-        self._book.note(f'{record.box_id} is back on the belt {record.text}'.rstrip())
-        box = self._book.box(record)
-        slot, pushed = self._belt.put_back(box, record.slot, now_s, record.laps)
-        for pushed_box, laps in pushed:
-            guest = self._book.record(pushed_box.id)
-            assert guest is not None
-            self._book.set(replace(guest, place=Place.WAITING, slot=None, laps=laps))
-        self._book.set(replace(record, slot=slot))
+        return ConveyorNews(complaints=() if ours else (f'box {box_id!r} is not of this stream',))

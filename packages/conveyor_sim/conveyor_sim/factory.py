@@ -9,11 +9,11 @@ from conveyor_sim.belt.running_belt import RunningBelt
 from conveyor_sim.conveyor import Conveyor
 from conveyor_sim.induct.arrivals import find_arrivals
 from conveyor_sim.ledger.ledger import Ledger
-from conveyor_sim.outcome import Plan
+from conveyor_sim.operating_conditions import OperatingConditions
 from conveyor_sim.parameters import ConveyorParameters
 from conveyor_sim.scanning.fault_plan import FaultPlan, parse_faults
 from conveyor_sim.scanning.inspection import Inspection
-from conveyor_sim.scanning.scanner import Noise, Scanner
+from conveyor_sim.scanning.scanner import Scanner, ScannerNoise
 from conveyor_sim.streams import Stream
 
 
@@ -33,7 +33,7 @@ def make_belt(p: ConveyorParameters) -> Belt:
 
 def make_inspection(p: ConveyorParameters) -> Inspection:
     """Scanner and faults; ``ValueError`` when a fault or a rate is not known."""
-    noise = Noise(p.size_sigma, p.weight_sigma, p.yaw_sigma)
+    noise = ScannerNoise(p.size_sigma, p.weight_sigma, p.yaw_sigma)
     return Inspection(Scanner(noise, p.seed), FaultPlan(parse_faults(p.faults), p.seed))
 
 
@@ -49,11 +49,11 @@ def make_ledger(p: ConveyorParameters, stream: Stream) -> Ledger:
 
 def make_conveyor(p: ConveyorParameters, stream: Stream, ledger: Ledger) -> Conveyor:
     """A conveyor that has not been started; ``ValueError`` when a parameter cannot be used."""
-    plan = Plan(
+    conditions = OperatingConditions(
         arrivals=find_arrivals(p.arrivals, p.seed),
         jams=find_jams(p.jams, p.seed),
         max_laps=p.max_laps,
         inspection=make_inspection(p),
         speed=p.speed,
     )
-    return Conveyor(stream, make_belt(p), ledger, length_m=p.belt_length, plan=plan)
+    return Conveyor(stream, make_belt(p), ledger, length_m=p.belt_length, conditions=conditions)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from conveyor_sim.belt.loop import Belt, OnBelt, loop_pose
-from conveyor_sim.induct.box_book import Book
+from conveyor_sim.induct.box_book import BoxBook
 from conveyor_sim.ledger.ledger import Ledger
 from pack_msgs_py.cell_values import Scan, ScannedBox
 
@@ -14,7 +14,7 @@ _SEQUENCE_BLOCK = 1000
 class ScanMaker:
     """Makes scans of ``belt``, a loop of ``length_m`` metres, with the boxes of ``book``."""
 
-    def __init__(self, belt: Belt, ledger: Ledger, book: Book, length_m: float) -> None:
+    def __init__(self, belt: Belt, ledger: Ledger, book: BoxBook, length_m: float) -> None:
         self._belt = belt
         self._book = book
         self._ledger = ledger

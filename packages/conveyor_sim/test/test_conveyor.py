@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from conveyor_cell import EPOCH, SIZE, Cell, bad_row
 
-from conveyor_sim.ledger.ledger import Place
+from conveyor_sim.ledger.ledger import Whereabouts
 from pack_msgs_py.codes import BoxEventKind as Kind
 from pack_msgs_py.codes import Reason
 from pack_msgs_py.values import Box
@@ -161,7 +161,7 @@ def test_a_box_in_a_bin_is_gone_and_one_that_is_to_come_is_not_fed():
     cell.event('b0', Kind.PICKED)
     assert 'b7' in cell.ids()
     assert 'b6' not in cell.ids()
-    assert cell.ledger.counts()[Place.PLACED] == 2
+    assert cell.ledger.counts()[Whereabouts.PLACED] == 2
     assert cell.scan().supplied == 8
     assert not cell.conveyor.on_content(['b1', 'b6'], EPOCH + 2.0, *cell.clock()).changed
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from conveyor_cell import EPOCH, SIZE, Cell
 
-from conveyor_sim.ledger.ledger import Place
+from conveyor_sim.ledger.ledger import Whereabouts
 from conveyor_sim.scanning import faults as known
 from conveyor_sim.scanning.fault_plan import FaultPlan, parse_faults
 from conveyor_sim.scanning.faults import FAULTS
@@ -119,7 +119,7 @@ def test_what_the_induct_stops_never_rides(fault, reason, words):
         reason,
     )
     assert words in event.text
-    assert pack(cell) == {Place.PLACED: 9, Place.REJECTED: 1}
+    assert pack(cell) == {Whereabouts.PLACED: 9, Whereabouts.REJECTED: 1}
 
 
 def test_a_box_that_is_not_read_is_scanned_again_and_rejected_after_two_scans():
@@ -128,13 +128,13 @@ def test_a_box_that_is_not_read_is_scanned_again_and_rejected_after_two_scans():
         cell = cell_with(known.NO_READ, at, slots=6)
         name = cell.stream[at].id
         seen[record(cell, name).place] += 1
-        if record(cell, name).place is Place.REJECTED:
+        if record(cell, name).place is Whereabouts.REJECTED:
             (event,) = cell.started.events
             assert (event.reason, event.text) == (Reason.NO_READ, f'{name}: not read in 2 scans')
         else:
             assert record(cell, name).scans == 2
             assert any('not read at the first scan' in note for note in cell.started.notes)
-    assert seen[Place.REJECTED] and seen[Place.ON_BELT]
+    assert seen[Whereabouts.REJECTED] and seen[Whereabouts.ON_BELT]
 
 
 def test_an_overweight_box_is_stopped_or_its_weight_is_told():
@@ -144,12 +144,12 @@ def test_an_overweight_box_is_stopped_or_its_weight_is_told():
         name = cell.stream[at].id
         where = record(cell, name).place
         seen.add(where)
-        if where is Place.REJECTED:
+        if where is Whereabouts.REJECTED:
             assert cell.started.events[0].reason is Reason.OVERWEIGHT
         else:
             (box,) = (item.box for item in cell.scan().boxes if item.box.id == name)
             assert 22.0 <= box.weight_kg <= 50.0
-    assert Place.ON_BELT in seen
+    assert Whereabouts.ON_BELT in seen
 
 
 def test_a_damaged_box_may_carry_nothing():
@@ -179,14 +179,14 @@ def test_a_wrong_size_is_told_once_and_the_second_scan_is_right():
     cell.event(name, BoxEventKind.PICKED)
     (event,) = returned(cell, name).events
     assert (event.event, event.reason) == (BoxEventKind.REJECTED, Reason.INVALID_DATA)
-    assert record(cell, name).place is Place.REJECTED
+    assert record(cell, name).place is Whereabouts.REJECTED
 
 
 def test_a_box_that_the_arm_brings_back_for_another_reason_is_not_scanned_again():
     cell = Cell(TEN)
     cell.event('b0', BoxEventKind.PICKED)
     returned(cell, 'b0', Reason.FAULT)
-    assert (record(cell, 'b0').place, record(cell, 'b0').scans) == (Place.ON_BELT, 1)
+    assert (record(cell, 'b0').place, record(cell, 'b0').scans) == (Whereabouts.ON_BELT, 1)
 
 
 def test_two_boxes_that_touch_are_read_as_one_and_fed_one_by_one_once_it_is_noticed():
@@ -195,7 +195,7 @@ def test_two_boxes_that_touch_are_read_as_one_and_fed_one_by_one_once_it_is_noti
     (seen,) = (item.box for item in cell.scan().boxes if item.box.id == first)
     assert (seen.size_mm, seen.weight_kg) == ((300.0, 400.0, 100.0), 4.0)
     assert second not in cell.ids()
-    assert record(cell, second).place is Place.UNSEEN
+    assert record(cell, second).place is Whereabouts.UNSEEN
     assert sum(cell.conveyor.counts.values()) == cell.conveyor.supplied == 6
     (true,) = (one.box for one in cell.conveyor.true_boxes(cell.now) if one.box.id == first)
     assert (true.size_mm, true.weight_kg) == (SIZE, 2.0)
@@ -217,7 +217,7 @@ def test_a_box_behind_another_is_never_lost_whatever_becomes_of_that(end, tmp_pa
         before = cell.ids()
         cell.ledger.close()
         again = cell_with(known.TOUCHING, 1, folder=tmp_path)
-        assert record(again, second).place is Place.UNSEEN
+        assert record(again, second).place is Whereabouts.UNSEEN
         assert again.ids() == before
         cell = again
         cell.event(first, BoxEventKind.PICKED)
@@ -225,13 +225,13 @@ def test_a_box_behind_another_is_never_lost_whatever_becomes_of_that(end, tmp_pa
         cell.event(first, BoxEventKind.PLACED)
     else:
         cell.decide(first, reject=True)
-    assert record(cell, second).place in (Place.ON_BELT, Place.WAITING)
+    assert record(cell, second).place in (Whereabouts.ON_BELT, Whereabouts.WAITING)
     cell.wait()
     if end == 'restart':
         cell.event(first, BoxEventKind.PLACED)
     places = pack(cell)
     assert sum(places.values()) == 10
-    assert set(places) <= {Place.PLACED, Place.REJECTED}
+    assert set(places) <= {Whereabouts.PLACED, Whereabouts.REJECTED}
 
 
 def test_a_box_that_the_arm_does_not_find_is_scanned_again_and_rejected_the_second_time():
@@ -241,12 +241,12 @@ def test_a_box_that_the_arm_does_not_find_is_scanned_again_and_rejected_the_seco
     assert abs(lies.pop(name)) > 0.3
     assert set(lies.values()) == {0.0}
     assert not failed_grasp(cell, name).events
-    assert (record(cell, name).place, record(cell, name).scans) == (Place.ON_BELT, 2)
+    assert (record(cell, name).place, record(cell, name).scans) == (Whereabouts.ON_BELT, 2)
     lies = {one.box.id: one.pose.position[0] for one in cell.conveyor.true_boxes(cell.now)}
     assert lies[name] == 0.0
     for ended in (-1.0, 0.2):  # a goal that was sent before the second scan was seen
         assert failed_grasp(cell, name, ended).events == ()
-    assert record(cell, name).place is Place.ON_BELT
+    assert record(cell, name).place is Whereabouts.ON_BELT
     cell.wait(1.0)
     (event,) = failed_grasp(cell, name).events
     assert (event.reason, event.text) == (Reason.FAULT, 'the arm found no box')
@@ -265,23 +265,23 @@ def test_a_box_that_falls_off_the_belt_is_rejected_with_an_event_and_not_lost():
     )
     cell.wait()
     cell.event('b0', BoxEventKind.PLACED)
-    assert pack(cell) == {Place.PLACED: 9, Place.REJECTED: 1}
+    assert pack(cell) == {Whereabouts.PLACED: 9, Whereabouts.REJECTED: 1}
 
 
 def test_a_box_that_the_arm_can_take_does_not_fall():
     cell = cell_with(known.FALLEN, 0)
     assert cell.scan().boxes[0].pick_open_s is not None
     cell.event('b1', BoxEventKind.PICKED)
-    assert record(cell, 'b0').place is Place.ON_BELT
+    assert record(cell, 'b0').place is Whereabouts.ON_BELT
 
 
 def test_what_the_arm_took_just_before_it_was_rejected_is_where_the_arm_put_it():
     cell = Cell(TEN)
     cell.decide('b0', reject=True)
     cell.event('b0', BoxEventKind.PICKED, stamp=cell.now - 1.0)  # of an earlier journey
-    assert record(cell, 'b0').place is Place.REJECTED
+    assert record(cell, 'b0').place is Whereabouts.REJECTED
     cell.event('b0', BoxEventKind.PLACED, stamp=cell.now + 0.1)
-    assert record(cell, 'b0').place is Place.PLACED
+    assert record(cell, 'b0').place is Whereabouts.PLACED
 
 
 def test_with_everything_going_wrong_every_box_ends_in_one_place():
@@ -290,9 +290,11 @@ def test_with_everything_going_wrong_every_box_ends_in_one_place():
     cell = Cell(rows, faults='all=0.1', seed=3, size_sigma=2.0, weight_sigma=0.02)
     places = pack(cell, 2000)
     assert sum(places.values()) == 300
-    assert set(places) == {Place.PLACED, Place.REJECTED}
+    assert set(places) == {Whereabouts.PLACED, Whereabouts.REJECTED}
     reasons = Counter(
-        one.reason for one in cell.conveyor._book._records.values() if one.place is Place.REJECTED
+        record.reason
+        for record in cell.conveyor._book._records.values()
+        if record.place is Whereabouts.REJECTED
     )
     assert set(reasons) >= {
         Reason.OVERSIZE, Reason.OVERWEIGHT, Reason.DUPLICATE_ID, Reason.NO_READ, Reason.FAULT

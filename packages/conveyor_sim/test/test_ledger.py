@@ -14,15 +14,15 @@ from conveyor_sim.ledger.ledger import (
     BoxRecord,
     Ledger,
     LedgerError,
-    Place,
+    Whereabouts,
 )
 from pack_msgs_py.codes import Reason
 from pack_msgs_py.values import Box
 
 RECORDS = [
-    BoxRecord(0, 'a', Place.PICKED, 0, 2, stamp_ns=1_700_000_000_000_000_001, returned=True),
-    BoxRecord(1, 'b', Place.REJECTED, None, 0, Reason.OVERSIZE, 'too wide'),
-    BoxRecord(2, 'c', Place.ON_BELT, 1),
+    BoxRecord(0, 'a', Whereabouts.PICKED, 0, 2, stamp_ns=1_700_000_000_000_000_001, returned=True),
+    BoxRecord(1, 'b', Whereabouts.REJECTED, None, 0, Reason.OVERSIZE, 'too wide'),
+    BoxRecord(2, 'c', Whereabouts.ON_BELT, 1),
 ]
 SETTINGS = {'belt': '{"offset_um": 1800000}', 'robot_s': '3.5'}
 
@@ -46,7 +46,7 @@ def test_a_killed_process_loses_nothing_that_it_had_saved(tmp_path):
         'import os, sys\n'
         'from conveyor_sim.ledger.ledger import *\n'
         'ledger = Ledger(sys.argv[1], "f", "d")\n'
-        'ledger.save([BoxRecord(0, "a", Place.ON_BELT, 3)], {"belt": "x"})\n'
+        'ledger.save([BoxRecord(0, "a", Whereabouts.ON_BELT, 3)], {"belt": "x"})\n'
         'ledger._db.execute("BEGIN")\n'
         'ledger._db.execute("UPDATE boxes SET place = \'lost\'")\n'
         'os.kill(os.getpid(), 9)\n'
@@ -54,16 +54,16 @@ def test_a_killed_process_loses_nothing_that_it_had_saved(tmp_path):
     done = subprocess.run([sys.executable, '-c', code, str(tmp_path)], timeout=30, check=False)
     assert done.returncode == -9
     ledger = make(tmp_path)
-    assert ledger.records() == [BoxRecord(0, 'a', Place.ON_BELT, 3)]
+    assert ledger.records() == [BoxRecord(0, 'a', Whereabouts.ON_BELT, 3)]
     assert ledger.setting('belt') == 'x'
 
 
 def test_a_save_that_fails_writes_nothing(tmp_path):
     ledger = make(tmp_path)
     ledger.save(RECORDS, SETTINGS)
-    bad = BoxRecord(4, None, Place.ON_BELT)
+    bad = BoxRecord(4, None, Whereabouts.ON_BELT)
     with pytest.raises(LedgerError, match='cannot be used'):
-        ledger.save([BoxRecord(3, 'd', Place.ON_BELT), bad], {})
+        ledger.save([BoxRecord(3, 'd', Whereabouts.ON_BELT), bad], {})
     assert ledger.records() == RECORDS
     assert {key: ledger.setting(key) for key in SETTINGS} == SETTINGS
 
@@ -72,7 +72,7 @@ def test_counts_add_up_to_what_was_given_out():
     ledger = make('')
     assert sum(ledger.counts().values()) == 0
     ledger.save(RECORDS, SETTINGS)
-    assert ledger.counts()[Place.REJECTED] == 1
+    assert ledger.counts()[Whereabouts.REJECTED] == 1
     assert sum(ledger.counts().values()) == 3
 
 

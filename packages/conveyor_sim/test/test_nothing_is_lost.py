@@ -9,7 +9,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
-from conveyor_sim.ledger.ledger import Place
+from conveyor_sim.ledger.ledger import Whereabouts
 from pack_msgs_py.codes import BoxEventKind as Kind
 from pack_msgs_py.values import Box
 
@@ -42,7 +42,7 @@ class NothingIsLost(RuleBasedStateMachine):
         self.one_way = mode == 'continuous'
         self.at_once = mode == 'stop_at_pick' or speed == 0.0
         self.held = None
-        self.gone: dict[str, Place] = {}
+        self.gone: dict[str, Whereabouts] = {}
         self.sent: list[tuple[str, Kind, float]] = []
 
     def tell(self, box_id, kind):
@@ -66,7 +66,7 @@ class NothingIsLost(RuleBasedStateMachine):
         box_id, self.held = self.held, None
         self.tell(box_id, kind)
         if kind is not Kind.RETURNED:
-            self.gone[box_id] = Place.PLACED if kind is Kind.PLACED else Place.LOST
+            self.gone[box_id] = Whereabouts.PLACED if kind is Kind.PLACED else Whereabouts.LOST
         else:
             assert box_id in self.cell.ids()
 
@@ -76,7 +76,7 @@ class NothingIsLost(RuleBasedStateMachine):
         if ids:
             box_id = data.draw(st.sampled_from(ids))
             self.cell.decide(box_id, reject=True)
-            self.gone[box_id] = Place.REJECTED
+            self.gone[box_id] = Whereabouts.REJECTED
 
     @precondition(lambda self: self.sent)
     @rule(data=st.data())
@@ -117,14 +117,15 @@ class NothingIsLost(RuleBasedStateMachine):
         counts = Counter(record.place for record in records)
         assert sum(counts.values()) == scan.supplied == len(records)
         assert scan.supplied + scan.remaining == self.count
-        assert sorted(ids) == sorted(r.box_id for r in records if r.place is Place.ON_BELT)
+        assert sorted(ids) == sorted(r.box_id for r in records if r.place is Whereabouts.ON_BELT)
         assert not set(ids) & set(self.gone)
         assert self.held not in ids
         for record in records:
             if record.box_id in self.gone:
                 assert record.place is self.gone[record.box_id]
         if not self.paused() and self.at_once:
-            assert len(ids) == self.slots or (scan.remaining == 0 and not counts[Place.WAITING])
+            none_to_come = scan.remaining == 0 and not counts[Whereabouts.WAITING]
+            assert len(ids) == self.slots or none_to_come
 
 
 NothingIsLost.TestCase.settings = settings(max_examples=60, stateful_step_count=30, deadline=None)

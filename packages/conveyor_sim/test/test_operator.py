@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from conveyor_cell import SIZE, Cell
 
-from conveyor_sim.ledger.ledger import Place
+from conveyor_sim.ledger.ledger import Whereabouts
 from pack_msgs_py.codes import BoxEventKind as Kind
 from pack_msgs_py.codes import Reason
 from pack_msgs_py.values import Box
@@ -28,7 +28,7 @@ def test_an_inserted_box_waits_and_comes_before_the_next_of_the_stream():
     pick(cell, 'mine')
     cell.event('mine', Kind.PLACED)
     counts = cell.conveyor.counts
-    assert (counts[Place.PLACED], sum(counts.values())) == (1, cell.scan().supplied)
+    assert (counts[Whereabouts.PLACED], sum(counts.values())) == (1, cell.scan().supplied)
 
 
 @pytest.mark.parametrize('name', ['b0', 'b9', 'mine'])
@@ -52,7 +52,7 @@ def test_a_removed_box_is_rejected_for_the_operator_and_replaced():
     (event,) = outcome.events
     assert (event.box_id, event.event, event.reason) == ('b2', Kind.REJECTED, Reason.OPERATOR)
     assert sorted(cell.ids()) == ['b0', 'b1', 'b3', 'b4', 'b5']
-    assert cell.conveyor.counts[Place.REJECTED] == 1
+    assert cell.conveyor.counts[Whereabouts.REJECTED] == 1
 
 
 @pytest.mark.parametrize('name', ['b9', 'zz', 'b0', 'b1', 'b3'])
@@ -100,7 +100,7 @@ def test_a_box_that_was_passed_over_too_often_goes_to_the_reject_lane():
     assert sorted(one.box_id for one in events) == ['b3', 'b4']
     assert {one.reason for one in events} == {Reason.MAX_LAPS}
     assert 'passed over 4 times' in events[0].text
-    assert cell.conveyor.counts[Place.REJECTED] == 2
+    assert cell.conveyor.counts[Whereabouts.REJECTED] == 2
     assert cell.conveyor.statistics.most_laps == 4
 
 
@@ -111,7 +111,7 @@ def test_the_box_that_is_to_be_picked_next_is_not_rejected_for_its_laps():
     cell.step(60.0)
     assert 'b0' in cell.ids()
     assert cell.conveyor.statistics.missed_windows > 3
-    assert cell.conveyor.counts[Place.REJECTED] > 3
+    assert cell.conveyor.counts[Whereabouts.REJECTED] > 3
 
 
 def test_boxes_come_when_they_arrive_and_the_scan_shows_what_there_is():

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from conveyor_cell import SIZE, Cell
 
-from conveyor_sim.scanning.scanner import Noise, Scanner
+from conveyor_sim.scanning.scanner import Scanner, ScannerNoise
 from pack_msgs_py.values import Box, check_box
 
 BOX = Box('b', SIZE, 2.0, com_offset_mm=(149.9, 0.0, 0.0))
@@ -18,7 +18,7 @@ def test_a_scanner_without_noise_is_right():
 
 
 def test_edges_and_weight_are_off_as_much_as_asked_and_the_deviation_is_told():
-    scanner = Scanner(Noise(2.0, 0.05, 0.5), seed=1)
+    scanner = Scanner(ScannerNoise(2.0, 0.05, 0.5), seed=1)
     seen = [scanner.measure(BOX, n) for n in range(4000)]
     for axis in range(3):
         errors = [box.size_mm[axis] - SIZE[axis] for box in seen]
@@ -33,17 +33,17 @@ def test_edges_and_weight_are_off_as_much_as_asked_and_the_deviation_is_told():
 
 
 def test_a_second_scan_is_another_measurement_and_each_can_be_repeated():
-    scanner, again = (Scanner(Noise(2.0, 0.05, 0.5), seed=4) for _ in range(2))
+    scanner, again = (Scanner(ScannerNoise(2.0, 0.05, 0.5), seed=4) for _ in range(2))
     assert scanner.measure(BOX, 7, 1) == again.measure(BOX, 7, 1)
     assert scanner.measure(BOX, 7, 1) != scanner.measure(BOX, 7, 2)
-    assert scanner.measure(BOX, 7, 1) != Scanner(Noise(2.0), seed=5).measure(BOX, 7, 1)
+    assert scanner.measure(BOX, 7, 1) != Scanner(ScannerNoise(2.0), seed=5).measure(BOX, 7, 1)
 
 
 def test_what_a_noisy_scanner_says_of_a_tiny_box_is_still_a_box():
     tiny = Box('t', (3.0, 2.0, 1.0), 0.002)
     for ordinal in range(500):
-        check_box(Scanner(Noise(5.0, 0.5), seed=1).measure(tiny, ordinal))
-        check_box(Scanner(Noise(5.0), seed=1).measure(BOX, ordinal))
+        check_box(Scanner(ScannerNoise(5.0, 0.5), seed=1).measure(tiny, ordinal))
+        check_box(Scanner(ScannerNoise(5.0), seed=1).measure(BOX, ordinal))
 
 
 def test_the_scan_tells_what_was_measured_and_the_physics_what_is_true():

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from conveyor_sim.ledger.ledger import BoxRecord, Ledger, Place
+from conveyor_sim.ledger.ledger import BoxRecord, Ledger, Whereabouts
 from pack_cell.report.accounts import (
     BoxAccounts,
     account_text,
@@ -82,8 +82,8 @@ def test_the_ledger_of_a_conveyor_is_read_as_it_was_written(tmp_path):
     assert read_books(tmp_path) is None
     written = Ledger(tmp_path, 'stream', 'of a test')
     records = [
-        BoxRecord(0, 'a', Place.PLACED),
-        BoxRecord(1, 'b', Place.REJECTED, reason=Reason.NO_READ, text='not read'),
+        BoxRecord(0, 'a', Whereabouts.PLACED),
+        BoxRecord(1, 'b', Whereabouts.REJECTED, reason=Reason.NO_READ, text='not read'),
     ]
     written.save(records, {'statistics': '{"longest_wait_s": 4.0}'})
     written.close()

@@ -4,9 +4,18 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from conveyor_sim.belt.loop import ride_refusal
 from pack_msgs_py.values import Box
+
+
+@dataclass
+class Rider:
+    """A box that rides, and how often it was passed over."""
+
+    box: Box
+    laps: int
 
 
 class Drive(ABC):
@@ -19,7 +28,7 @@ class Drive(ABC):
     speed : robot seconds per second of the time that calls are given.
     """
 
-    _riders: Sequence[object | None]
+    _riders: Sequence[Rider | None]
 
     def __init__(self, along_m: float, belt_speed: float, speed: float) -> None:
         self._along_m = along_m

@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, dataclass
 
-from conveyor_sim.belt.drive import Drive
+from conveyor_sim.belt.drive import Drive, Rider
 from conveyor_sim.belt.loop import OnBelt, longest_along_m
 from pack_msgs_py.values import Box, Vec3
 
@@ -31,9 +31,9 @@ class _State:
 
 
 @dataclass
-class _Rider:
-    box: Box
-    laps: int
+class _RiderInSlot(Rider):
+    """In a slot since ``since_s``, seconds of the time that calls are given."""
+
     since_s: float
 
 
@@ -63,7 +63,7 @@ class IndexingBelt(Drive):
         super().__init__(longest_along_m(length_m, slots, gap_m), belt_speed, speed)
         self._length = round(length_m * _UM)
         self._phase = [index * self._length // slots for index in range(slots)]
-        self._riders: list[_Rider | None] = [None] * slots
+        self._riders: list[_RiderInSlot | None] = [None] * slots
         self._state = _State()
         self._since_s = 0.0
         self._arrived_s = 0.0
@@ -95,7 +95,7 @@ class IndexingBelt(Drive):
         if self._riders[slot] is not None:
             msg = f'slot {slot} is taken, box {box.id!r} cannot go there'
             raise ValueError(msg)
-        self._riders[slot] = _Rider(box, laps, now_s)
+        self._riders[slot] = _RiderInSlot(box, laps, now_s)
 
     def put_back(
         self, box: Box, slot: int | None, now_s: float, laps: int

@@ -15,7 +15,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 
-from conveyor_sim.belt.drive import Drive
+from conveyor_sim.belt.drive import Drive, Rider
 from conveyor_sim.belt.loop import LIFT_M, OnBelt, longest_along_m
 from pack_msgs_py.values import Box, Vec3
 
@@ -28,9 +28,9 @@ _TOUCH_M = 1e-9
 
 
 @dataclass
-class _Rider:
-    box: Box
-    laps: int
+class _RiderOnLoop(Rider):
+    """Anywhere on the loop: its front face is at ``s_m``, its back face at ``end_m``."""
+
     s_m: float
 
     @property
@@ -71,7 +71,7 @@ class RunningBelt(Drive):
         self._induct_m = length_m / 2 - LIFT_M
         self._gap = gap_m
         self._window_s = window_s
-        self._riders: list[_Rider | None] = [None] * slots
+        self._riders: list[_RiderOnLoop | None] = [None] * slots
         self._restored: dict[str, float] = {}
         self._wanted: int | None = None
         #: Robot seconds for which the belt has run, and what that was at the last pick.
@@ -138,7 +138,7 @@ class RunningBelt(Drive):
         if self._riders[slot] is not None or spot is None:
             msg = f'slot {slot} is taken or the induct is full, box {box.id!r} cannot go there'
             raise ValueError(msg)
-        self._riders[slot] = _Rider(box, laps, spot)
+        self._riders[slot] = _RiderOnLoop(box, laps, spot)
         self._run_until_held(now_s)
 
     def put_back(
@@ -146,7 +146,7 @@ class RunningBelt(Drive):
     ) -> tuple[int, list[tuple[Box, int]]]:
         """Lay ``box`` down at the blade, which holds it; who stands there makes room."""
         self._advance(now_s)
-        rider = _Rider(box, laps, 0.0)
+        rider = _RiderOnLoop(box, laps, 0.0)
         guests = [one for one, other in self._taken() if self._conflict(rider, other)]
         if not guests and all(other is not None for other in self._riders):
             guests = [max(self._taken(), key=lambda one: one[1].s_m)[0]]
@@ -241,11 +241,11 @@ class RunningBelt(Drive):
         """Metres per second of the given time."""
         return self._belt_speed * self._speed
 
-    def _taken(self) -> list[tuple[int, _Rider]]:
+    def _taken(self) -> list[tuple[int, _RiderOnLoop]]:
         return [(slot, rider) for slot, rider in enumerate(self._riders) if rider is not None]
 
     def _window(
-        self, rider: _Rider, *, held: bool, now_s: float
+        self, rider: _RiderOnLoop, *, held: bool, now_s: float
     ) -> tuple[float | None, float | None]:
         if held and self._speed == 0:
             return self._held_since_s, None
@@ -263,12 +263,12 @@ class RunningBelt(Drive):
             others = [(rider.end_m + self._gap) % self._length for _, rider in self._taken()]
             spots += sorted(others, key=lambda s: (s - self._induct_m) % self._length)
         for spot in spots:
-            new = _Rider(box, 0, spot)
+            new = _RiderOnLoop(box, 0, spot)
             if not any(self._conflict(new, rider) for _, rider in self._taken()):
                 return spot
         return None
 
-    def _conflict(self, one: _Rider, other: _Rider) -> bool:
+    def _conflict(self, one: _RiderOnLoop, other: _RiderOnLoop) -> bool:
         """Whether two boxes stand nearer to each other than the gap, round the loop."""
         ahead = (other.s_m - one.s_m) % self._length
         behind = (one.s_m - other.s_m) % self._length

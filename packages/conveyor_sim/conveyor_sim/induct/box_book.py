@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import replace
 
-from conveyor_sim.ledger.ledger import INSERTED_FROM, BoxRecord, Ledger, LedgerError, Place
+from conveyor_sim.ledger.ledger import INSERTED_FROM, BoxRecord, Ledger, LedgerError, Whereabouts
 from conveyor_sim.scanning.inspection import MAX_SCANS, Inspection, joint
 from conveyor_sim.streams.stream import Stream
 from pack_msgs_py.cell_values import BoxEvent
@@ -15,7 +15,7 @@ from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Box
 
 
-class Book:
+class BoxBook:
     """The records of one ledger; changes are kept until :meth:`save`, news until :meth:`news`.
 
     Raises
@@ -111,7 +111,7 @@ class Book:
         self.set(
             replace(
                 record,
-                place=Place.WAITING,
+                place=Whereabouts.WAITING,
                 slot=None,
                 scans=record.scans + 1,
                 stamp_ns=max(record.stamp_ns, round(1e9 * stamp_s)),
@@ -123,11 +123,11 @@ class Book:
         """Boxes that nobody saw are found once the one before them has gone: they are fed again."""
         for before, box_id in list(self._unseen.items()):
             first = self._records[before]
-            if first.place in (Place.ON_BELT, Place.WAITING) and first.scans == 1:
+            if first.place in (Whereabouts.ON_BELT, Whereabouts.WAITING) and first.scans == 1:
                 continue
             self.note(f'{box_id}: was behind {before}, read as one with it; scanned alone')
             hidden = self._records[box_id]
-            self.set(replace(hidden, place=Place.WAITING, text='', scans=hidden.scans + 1))
+            self.set(replace(hidden, place=Whereabouts.WAITING, text='', scans=hidden.scans + 1))
 
     def waiting(self) -> BoxRecord | None:
         """The box that waits at the induct and comes next: those of the stream by their order."""
@@ -152,13 +152,13 @@ class Book:
         self.note(f'{box.id}: inserted by hand')
         ordinal = self.ledger.insert(box)
         self._inserted[ordinal] = box
-        self.set(BoxRecord(ordinal, box.id, Place.WAITING))
+        self.set(BoxRecord(ordinal, box.id, Whereabouts.WAITING))
 
     def reject(self, record: BoxRecord, reason: Reason, text: str, stamp_s: float) -> None:
         """A box goes to the reject lane, and all are told."""
         stamp_ns = round(1e9 * stamp_s)
         rejected = replace(
-            record, place=Place.REJECTED, reason=reason, text=text, stamp_ns=stamp_ns
+            record, place=Whereabouts.REJECTED, reason=reason, text=text, stamp_ns=stamp_ns
         )
         self.set(rejected)
         self._events.append(rejection(rejected))
@@ -178,19 +178,19 @@ class Book:
         self._events, self._notes = [], []
         return found
 
-    def counts(self) -> dict[Place, int]:
+    def counts(self) -> dict[Whereabouts, int]:
         """How many boxes are where; the sum is the number that was given out."""
         found = Counter(record.place for record in self._records.values())
-        return {place: found[place] for place in Place}
+        return {place: found[place] for place in Whereabouts}
 
     def _note_place(self, record: BoxRecord) -> None:
         if record.ordinal < INSERTED_FROM:
             self.supplied = max(self.supplied, record.ordinal + 1)
-        if record.place is Place.WAITING:
+        if record.place is Whereabouts.WAITING:
             self._waiting[record.box_id] = record.ordinal
         else:
             self._waiting.pop(record.box_id, None)
-        if record.place is Place.UNSEEN:
+        if record.place is Whereabouts.UNSEEN:
             self._unseen[record.text] = record.box_id
         elif self._unseen:
             self._unseen = {a: b for a, b in self._unseen.items() if b != record.box_id}

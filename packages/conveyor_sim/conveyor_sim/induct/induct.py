@@ -8,8 +8,8 @@ from dataclasses import replace
 from conveyor_sim.belt.loop import Belt
 from conveyor_sim.belt.robot_clock import RobotClock
 from conveyor_sim.induct.arrivals import Arrivals
-from conveyor_sim.induct.box_book import Book
-from conveyor_sim.ledger.ledger import BoxRecord, Place
+from conveyor_sim.induct.box_book import BoxBook
+from conveyor_sim.ledger.ledger import BoxRecord, Whereabouts
 from conveyor_sim.scanning.inspection import MAX_SCANS, Inspection, joint
 from conveyor_sim.streams.box_records import RejectedRow
 from conveyor_sim.streams.repeating import entry_id
@@ -24,7 +24,7 @@ class Induct:
     def __init__(
         self,
         stream: Stream,
-        book: Book,
+        book: BoxBook,
         arrivals: Arrivals,
         inspection: Inspection,
         refuse: Callable[[Box], str],
@@ -69,12 +69,12 @@ class Induct:
     def _look_at(self, ordinal: int, robot_s: float, stamp_s: float) -> BoxRecord | None:
         entry = self._stream[ordinal]
         if isinstance(entry, RejectedRow):
-            bad = BoxRecord(ordinal, entry.box_id, Place.WAITING)
+            bad = BoxRecord(ordinal, entry.box_id, Whereabouts.WAITING)
             self.book.reject(bad, entry.reason, entry.text, stamp_s)
             return None
-        heard = self.book.heard_of(entry.id)
-        record = replace(heard or BoxRecord(ordinal, entry.id, Place.WAITING), ordinal=ordinal)
-        if record.place is not Place.WAITING:
+        heard = self.book.heard_of(entry.id) or BoxRecord(ordinal, entry.id, Whereabouts.WAITING)
+        record = replace(heard, ordinal=ordinal)
+        if record.place is not Whereabouts.WAITING:
             self.book.note(f'{entry.id}: not fed, it is {record.place.value} already')
             self.book.set(record)
             return None
@@ -123,7 +123,7 @@ class Induct:
         if self._refuse(both) or self._inspection.refusal(both):
             return
         self.book.set(record)
-        self.book.set(BoxRecord(place, hidden.id, Place.UNSEEN, text=record.box_id))
+        self.book.set(BoxRecord(place, hidden.id, Whereabouts.UNSEEN, text=record.box_id))
 
 
 def feed(
@@ -149,4 +149,4 @@ def feed(
             return
         belt.put(box, slot, now_s, record.laps)
         fed_s = robot_s if record.fed_s is None else record.fed_s
-        book.set(replace(record, place=Place.ON_BELT, slot=slot, fed_s=fed_s))
+        book.set(replace(record, place=Whereabouts.ON_BELT, slot=slot, fed_s=fed_s))

@@ -48,7 +48,7 @@ class LedgerError(RuntimeError):
     """The ledger cannot be used; the text names the file and says what to do."""
 
 
-class Place(str, Enum):
+class Whereabouts(str, Enum):
     """Where a box is.
 
     ``WAITING``: at the induct, pushed off the belt by a box that came back, or to be scanned again.
@@ -76,7 +76,7 @@ class BoxRecord:
 
     ordinal: int
     box_id: str
-    place: Place
+    place: Whereabouts
     slot: int | None = None
     laps: int = 0
     reason: Reason = Reason.NONE
@@ -123,9 +123,11 @@ class Ledger:
                 'fed_s, scans FROM boxes ORDER BY ordinal'
             ).fetchall()
         return [
-            BoxRecord(o, i, Place(p), slot, laps, Reason(reason), text, stamp, bool(back), *rest)
-            for o, i, p, slot, laps, reason, text, stamp, back, *rest in rows
-        ]
+            BoxRecord(ordinal, box_id, Whereabouts(place), slot, laps, Reason(reason), text,
+                      stamp_ns, bool(returned), fed_s, scans)
+            for ordinal, box_id, place, slot, laps, reason, text, stamp_ns, returned, fed_s, scans
+            in rows
+        ]  # fmt: skip
 
     def save(self, records: Iterable[BoxRecord], settings: Mapping[str, str]) -> None:
         """Write what changed, all of it or nothing; durable when this returns."""
@@ -154,12 +156,12 @@ class Ledger:
             rows = self._db.execute('SELECT ordinal, box FROM inserted').fetchall()
             return {ordinal: box_from_json(text) for ordinal, text in rows}
 
-    def counts(self) -> dict[Place, int]:
+    def counts(self) -> dict[Whereabouts, int]:
         """How many boxes are where; the sum is the number that the stream has given out."""
         with self._explained():
             rows = self._db.execute('SELECT place, COUNT(*) FROM boxes GROUP BY place').fetchall()
-        found = Counter({Place(place): number for place, number in rows})
-        return {place: found[place] for place in Place}
+        found = Counter({Whereabouts(place): number for place, number in rows})
+        return {place: found[place] for place in Whereabouts}
 
     def setting(self, key: str, default: str = '') -> str:
         """A remembered value."""

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 
 
 @dataclass
-class Statistics:
+class BeltStatistics:
     """Since the first start of this ledger. Waits are robot time from being laid on to the pick.
 
     ``missed_windows``: a box was held at the pick point, and not picked in its time.
@@ -23,7 +23,7 @@ class Statistics:
     jams: int = 0
 
     @classmethod
-    def from_text(cls, text: str) -> Statistics:
+    def from_text(cls, text: str) -> BeltStatistics:
         """As :meth:`text` wrote it; empty for none yet."""
         return cls(**json.loads(text)) if text else cls()
 

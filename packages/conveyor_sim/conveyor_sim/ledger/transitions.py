@@ -2,30 +2,30 @@
 
 from __future__ import annotations
 
-from conveyor_sim.ledger.ledger import BoxRecord, Place
+from conveyor_sim.ledger.ledger import BoxRecord, Whereabouts
 from pack_msgs_py.codes import BoxEventKind
 
 _GOES_TO = {
-    BoxEventKind.PICKED: Place.PICKED,
-    BoxEventKind.PLACED: Place.PLACED,
-    BoxEventKind.LOST: Place.LOST,
-    BoxEventKind.REJECTED: Place.REJECTED,
-    BoxEventKind.RETURNED: Place.ON_BELT,
+    BoxEventKind.PICKED: Whereabouts.PICKED,
+    BoxEventKind.PLACED: Whereabouts.PLACED,
+    BoxEventKind.LOST: Whereabouts.LOST,
+    BoxEventKind.REJECTED: Whereabouts.REJECTED,
+    BoxEventKind.RETURNED: Whereabouts.ON_BELT,
 }
 
 #: How far along its way a box is; a box at the induct or on the belt has not begun.
 _PROGRESS = {
-    Place.WAITING: 0,
-    Place.ON_BELT: 0,
-    Place.UNSEEN: 0,
-    Place.PICKED: 1,
-    Place.LOST: 2,
-    Place.PLACED: 3,
-    Place.REJECTED: 4,
+    Whereabouts.WAITING: 0,
+    Whereabouts.ON_BELT: 0,
+    Whereabouts.UNSEEN: 0,
+    Whereabouts.PICKED: 1,
+    Whereabouts.LOST: 2,
+    Whereabouts.PLACED: 3,
+    Whereabouts.REJECTED: 4,
 }
 
 
-def next_place(record: BoxRecord, event: BoxEventKind, stamp_ns: int) -> Place | None:
+def next_place(record: BoxRecord, event: BoxEventKind, stamp_ns: int) -> Whereabouts | None:
     """Where ``event`` brings the box, or ``None`` when it changes nothing.
 
     A step forward (belt, picked, placed) is taken whatever its stamp says, so that a clock that
@@ -37,12 +37,12 @@ def next_place(record: BoxRecord, event: BoxEventKind, stamp_ns: int) -> Place |
     target = _GOES_TO.get(event)
     if target is None or target is record.place:
         return None
-    if record.place is Place.REJECTED:
-        taken = target in (Place.PICKED, Place.PLACED) and stamp_ns > record.stamp_ns
+    if record.place is Whereabouts.REJECTED:
+        taken = target in (Whereabouts.PICKED, Whereabouts.PLACED) and stamp_ns > record.stamp_ns
         return target if taken else None
-    if target is Place.ON_BELT and record.place in (Place.WAITING, Place.UNSEEN):
+    if target is Whereabouts.ON_BELT and record.place in (Whereabouts.WAITING, Whereabouts.UNSEEN):
         return None
-    if target is Place.PICKED and record.place is Place.PLACED:
+    if target is Whereabouts.PICKED and record.place is Whereabouts.PLACED:
         return None
     forward = _PROGRESS[target] > _PROGRESS[record.place]
     if forward and not record.returned:

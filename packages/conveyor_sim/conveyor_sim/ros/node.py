@@ -37,7 +37,7 @@ from std_srvs.srv import SetBool
 
 from conveyor_sim.factory import make_conveyor, make_ledger, open_stream
 from conveyor_sim.ledger.ledger import LedgerError
-from conveyor_sim.outcome import Outcome
+from conveyor_sim.news import ConveyorNews
 from conveyor_sim.parameters import ConveyorParameters
 from conveyor_sim.ros.diagnostics import diagnostics_to_ros
 from pack_msgs.msg import (
@@ -139,21 +139,21 @@ class ConveyorNode(Node):
         """Steady seconds for motion, and seconds since the epoch for stamps."""
         return time.monotonic(), self.get_clock().now().nanoseconds * 1e-9
 
-    def _tell(self, outcome: Outcome, topic: str = '') -> None:
-        for text in outcome.complaints:
+    def _tell(self, news: ConveyorNews, topic: str = '') -> None:
+        for text in news.complaints:
             self._complain(topic, text)
-        for note in outcome.notes:
+        for note in news.notes:
             self.get_logger().info(note)
-        for event in outcome.events:
+        for event in news.events:
             self.get_logger().warning(f'rejected {event.box_id}: {event.text}')
-        for event in (*outcome.repeated, *outcome.events):
+        for event in (*news.repeated, *news.events):
             self._events.publish(event_to_ros(event))
-        if outcome.changed:
+        if news.changed:
             self._publish_scan()
 
     def _on_timer(self) -> None:
-        outcome = self._conveyor.tick(*self._now())
-        self._tell(replace(outcome, changed=True))
+        news = self._conveyor.tick(*self._now())
+        self._tell(replace(news, changed=True))
 
     def _publish_scan(self) -> None:
         now_s, stamp_s = self._now()
@@ -245,15 +245,15 @@ class ConveyorNode(Node):
             response, lambda: self._conveyor.remove_box(request.box_id, *self._now())
         )
 
-    def _by_hand(self, response: Any, do: Callable[[], Outcome]) -> Any:  # noqa: ANN401 - either
+    def _by_hand(self, response: Any, do: Callable[[], ConveyorNews]) -> Any:  # noqa: ANN401 - either
         """Do what the operator asks for; the response says why not."""
         try:
-            outcome = do()
+            news = do()
         except ValueError as error:
             response.message = str(error)
             return response
         response.success = True
-        self._tell(outcome)
+        self._tell(news)
         return response
 
     def _publish_diagnostics(self) -> None:

@@ -19,7 +19,7 @@ _LEAST_MM = 1.0
 
 
 @dataclass(frozen=True)
-class Noise:
+class ScannerNoise:
     """Standard deviations of what the scanner says; all 0 for a scanner that is always right.
 
     Attributes
@@ -37,8 +37,8 @@ class Noise:
 class Scanner:
     """Measures boxes with ``noise``."""
 
-    def __init__(self, noise: Noise | None = None, seed: int = 0) -> None:
-        self.noise = noise or Noise()
+    def __init__(self, noise: ScannerNoise | None = None, seed: int = 0) -> None:
+        self.noise = noise or ScannerNoise()
         self._seed = seed
 
     def measure(self, box: Box, ordinal: int, attempt: int = 1) -> Box:

@@ -55,7 +55,7 @@ Entry = Box | RejectedRow
 
 
 @dataclass(frozen=True)
-class Record:
+class FileRow:
     """One row as it stands in the file: where, and column name to text.
 
     ``named`` is the id that the place gives the box when no ``id`` column does; ``damage`` says
@@ -79,7 +79,7 @@ class _BadCell(ValueError):
         self.value = value
 
 
-def entries_from(records: Iterable[Record], file: str) -> tuple[Entry, ...]:
+def entries_from(records: Iterable[FileRow], file: str) -> tuple[Entry, ...]:
     """Each record as a box or as a rejected row, in order; ids are unique over all of them."""
     rows = list(records)
     given = {_given_id(row) for row in rows}
@@ -101,7 +101,7 @@ def entries_from(records: Iterable[Record], file: str) -> tuple[Entry, ...]:
     return tuple(entries)
 
 
-def _given_id(row: Record) -> str:
+def _given_id(row: FileRow) -> str:
     """The id that the file gives a row, usable as a name or not; empty when it gives none."""
     values = row.values
     if values.get('id') and not row.named:
@@ -118,7 +118,7 @@ def _fresh(wanted: str, taken: set[str]) -> str:
     return wanted
 
 
-def _entry(row: Record, box_id: str, unnamed: str, file: str) -> Entry:
+def _entry(row: FileRow, box_id: str, unnamed: str, file: str) -> Entry:
     try:
         return _box(row, box_id)
     except _BadCell as error:
@@ -130,7 +130,7 @@ def _entry(row: Record, box_id: str, unnamed: str, file: str) -> Entry:
         )
 
 
-def _box(row: Record, box_id: str) -> Box:
+def _box(row: FileRow, box_id: str) -> Box:
     if row.damage:
         raise _BadCell('', '', row.damage)
     if len(box_id) > MAX_ID_LENGTH or not box_id.isprintable():
@@ -152,7 +152,7 @@ def _box(row: Record, box_id: str) -> Box:
     )
 
 
-def _number(row: Record, column: str) -> float | None:
+def _number(row: FileRow, column: str) -> float | None:
     """The number in a cell; ``None`` when it is empty or not there."""
     text = row.values.get(column, '')
     if not text:
@@ -169,7 +169,7 @@ def _number(row: Record, column: str) -> float | None:
 
 
 def _positive(
-    row: Record, names: tuple[str, ...], limit: float, unit: str, *, required: bool
+    row: FileRow, names: tuple[str, ...], limit: float, unit: str, *, required: bool
 ) -> float:
     """The number in the first of ``names`` that the row has; 0.0 when none and not required."""
     column = next((name for name in names if name in row.values), names[0])
@@ -185,7 +185,7 @@ def _positive(
     return value
 
 
-def _allowed_up(row: Record) -> int:
+def _allowed_up(row: FileRow) -> int:
     text = row.values.get('allowed_up', '')
     if not text:
         return UP_ANY
@@ -196,7 +196,7 @@ def _allowed_up(row: Record) -> int:
     return mask
 
 
-def _top_load(row: Record) -> float | None:
+def _top_load(row: FileRow) -> float | None:
     value = _number(row, 'max_top_load_n')
     if value is not None and value < 0:
         raise _BadCell('max_top_load_n', row.values['max_top_load_n'], 'must not be negative')

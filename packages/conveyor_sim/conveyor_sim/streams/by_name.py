@@ -20,7 +20,7 @@ from conveyor_sim.streams import mpv, syn
 from conveyor_sim.streams.box_records import BoxFileError, Entry, RejectedRow
 from conveyor_sim.streams.br_file import br_boxes
 from conveyor_sim.streams.files import read_entries
-from conveyor_sim.streams.repeating import Drawn, Listed, Made, Source
+from conveyor_sim.streams.repeating import BoxSource, DrawnBoxes, ListedBoxes, MadeBoxes
 from conveyor_sim.streams.run_folder import read_run
 from pack_msgs_py.values import Box, Vec3, parse_bin
 
@@ -32,7 +32,7 @@ SYNTAX = (
 _MAX_SEED = 2**31 - 1
 
 
-def open_source(choice: str | Path = '', seed: int = 0) -> Source:
+def open_source(choice: str | Path = '', seed: int = 0) -> BoxSource:
     """The source that ``choice`` names; ``seed`` is used where it gives none itself.
 
     Raises
@@ -43,17 +43,17 @@ def open_source(choice: str | Path = '', seed: int = 0) -> Source:
     text = str(choice)
     kind, colon, rest = text.partition(':')
     if text in ('', 'cartons'):
-        return Listed(read_entries(''), seed, 'built-in cartons')
+        return ListedBoxes(read_entries(''), seed, 'built-in cartons')
     if kind not in KINDS or not (colon or kind in ('syn', 'mpv')):
-        return Listed(read_entries(text), seed, Path(text).name)
+        return ListedBoxes(read_entries(text), seed, Path(text).name)
     if kind == 'draw':
         inner = open_source(rest, seed)
-        return Drawn(inner.turn(0), seed, inner.name)
+        return DrawnBoxes(inner.turn(0), seed, inner.name)
     if kind == 'br':
         return _container(rest, seed)
     if kind == 'run':
         folder = Path(rest).expanduser()
-        return Listed(read_run(folder), seed, f'run {folder.name}')
+        return ListedBoxes(read_run(folder), seed, f'run {folder.name}')
     if kind == 'syn':
         return _syn(_options(rest, kind, ('boxes', 'seed')), seed)
     if kind == 'mpv':
@@ -90,7 +90,7 @@ def load_boxes(choice: str | Path = '', seed: int = 0) -> tuple[list[Box], list[
     return boxes, [entry for entry in entries if isinstance(entry, RejectedRow)]
 
 
-def _container(rest: str, seed: int) -> Source:
+def _container(rest: str, seed: int) -> BoxSource:
     file, mark, after = rest.rpartition('#')
     problem, comma, more = after.partition(',')
     if not mark or not problem.isdecimal():
@@ -100,10 +100,10 @@ def _container(rest: str, seed: int) -> Source:
     scale = _number(options, 'scale', 1.0, low=0.001, high=10.0)
     path = Path(file).expanduser()
     boxes = br_boxes(path, int(problem), scale)
-    return Listed(boxes, seed, f'{path.name} problem {problem}')
+    return ListedBoxes(boxes, seed, f'{path.name} problem {problem}')
 
 
-def _syn(options: Mapping[str, str], seed: int) -> Source:
+def _syn(options: Mapping[str, str], seed: int) -> BoxSource:
     pieces = _whole(options, 'boxes', syn.BOXES_PER_BIN, syn.LEAST_PIECES, 100)
     seed = _whole(options, 'seed', seed, 0, _MAX_SEED)
     spec = parse_bin('SYN')
@@ -115,10 +115,10 @@ def _syn(options: Mapping[str, str], seed: int) -> Source:
         length = len(recipe(random.Random(0)))
     except ValueError as error:
         raise BoxFileError(str(error)) from None
-    return Made(recipe, length, seed, 'syn', f'SYN cut into {pieces} boxes a bin')
+    return MadeBoxes(recipe, length, seed, 'syn', f'SYN cut into {pieces} boxes a bin')
 
 
-def _mpv(options: Mapping[str, str], seed: int) -> Source:
+def _mpv(options: Mapping[str, str], seed: int) -> BoxSource:
     number = _whole(options, 'class', 0, 1, 9)
     count = _whole(options, 'boxes', 100, 3, 100_000)
     edge = _number(options, 'edge', 500.0, low=10.0, high=10_000.0)
@@ -128,7 +128,7 @@ def _mpv(options: Mapping[str, str], seed: int) -> Source:
     def recipe(rng: random.Random) -> list[Vec3]:
         return mpv.boxes_of_class(number, count, unit, rng)
 
-    return Made(recipe, count, seed, f'mpv{number}', f'MPV class {number}, bin {edge:g} mm')
+    return MadeBoxes(recipe, count, seed, f'mpv{number}', f'MPV class {number}, bin {edge:g} mm')
 
 
 def _options(text: str, kind: str, known: tuple[str, ...]) -> dict[str, str]:

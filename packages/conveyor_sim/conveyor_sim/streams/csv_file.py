@@ -5,12 +5,12 @@ from __future__ import annotations
 import csv
 from collections.abc import Iterator
 
-from conveyor_sim.streams.box_records import SIZE_COLUMNS, BoxFileError, Record
+from conveyor_sim.streams.box_records import SIZE_COLUMNS, BoxFileError, FileRow
 
 _DELIMITERS = ',;\t'
 
 
-def csv_records(text: str, file: str) -> Iterator[Record]:
+def csv_records(text: str, file: str) -> Iterator[FileRow]:
     """Each line of a CSV text with a header; comma, semicolon or tab apart.
 
     A line is read by itself, so that a stray quotation mark costs no other line. Where fields are
@@ -49,7 +49,7 @@ def _header(line: str, delimiter: str, file: str) -> list[str]:
     return names
 
 
-def _record(number: int, line: str, delimiter: str, header: list[str]) -> Record:
+def _record(number: int, line: str, delimiter: str, header: list[str]) -> FileRow:
     place = f'line {number}'
     damage = ''
     try:
@@ -61,4 +61,4 @@ def _record(number: int, line: str, delimiter: str, header: list[str]) -> Record
     if len(cells) > len(header):
         damage = f'{len(cells)} fields where the header has {len(header)}: {line[:60]!r}'
     values = {name: cell.strip() for name, cell in zip(header, cells, strict=False) if name}
-    return Record(number, place, values, damage=damage, decimal_comma=delimiter != ',')
+    return FileRow(number, place, values, damage=damage, decimal_comma=delimiter != ',')

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from conveyor_sim.streams.box_records import BoxFileError, Entry, Record, entries_from
+from conveyor_sim.streams.box_records import BoxFileError, Entry, FileRow, entries_from
 from conveyor_sim.streams.csv_file import csv_records
 from conveyor_sim.streams.json_file import json_records
 
@@ -32,7 +32,7 @@ def read_entries(path: str | Path = '') -> tuple[Entry, ...]:
     return entries
 
 
-def _records(text: str, source: Path) -> Iterator[Record]:
+def _records(text: str, source: Path) -> Iterator[FileRow]:
     is_json = source.suffix.lower() == '.json' or text.lstrip()[:1] in ('{', '[')
     return json_records(text, str(source)) if is_json else csv_records(text, str(source))
 

@@ -12,10 +12,10 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
-from conveyor_sim.streams.box_records import SIZE_COLUMNS, BoxFileError, Record
+from conveyor_sim.streams.box_records import SIZE_COLUMNS, BoxFileError, FileRow
 
 
-def json_records(text: str, file: str) -> Iterator[Record]:
+def json_records(text: str, file: str) -> Iterator[FileRow]:
     """Each item of each order in its sequence, or each object of a plain list.
 
     Raises
@@ -53,7 +53,7 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return found
 
 
-def _list_records(items: list[Any], file: str) -> Iterator[Record]:
+def _list_records(items: list[Any], file: str) -> Iterator[FileRow]:
     if not any(isinstance(item, dict) and _has_sizes(item) for item in items):
         msg = f'box file {file} is a list without any box that has length_mm, width_mm, height_mm'
         raise BoxFileError(msg)
@@ -65,7 +65,7 @@ def _has_sizes(item: dict[str, Any]) -> bool:
     return all(any(name in item for name in names) for names in SIZE_COLUMNS)
 
 
-def _order_records(orders: dict[str, Any], file: str) -> Iterator[Record]:
+def _order_records(orders: dict[str, Any], file: str) -> Iterator[FileRow]:
     if not any(isinstance(order, dict) and 'item_sequence' in order for order in orders.values()):
         msg = f'box file {file} holds no order with an "item_sequence" (the format of BED-BPP)'
         raise BoxFileError(msg)
@@ -73,7 +73,7 @@ def _order_records(orders: dict[str, Any], file: str) -> Iterator[Record]:
         items = order.get('item_sequence') if isinstance(order, dict) else None
         if not isinstance(items, dict):
             text = f'has no item_sequence: {str(order)[:60]!r}'
-            yield Record(0, f'order {order_id!r}', {}, named=order_id, damage=text)
+            yield FileRow(0, f'order {order_id!r}', {}, named=order_id, damage=text)
             continue
         for key in sorted(items, key=_sequence_key):
             place = f'order {order_id!r}, item {key!r}'
@@ -84,12 +84,12 @@ def _sequence_key(key: str) -> tuple[int, str]:
     return (int(key), '') if key.isdecimal() else (2**63, key)
 
 
-def _record(place: str, item: Any, named: str, order_id: str = '') -> Record:  # noqa: ANN401
+def _record(place: str, item: Any, named: str, order_id: str = '') -> FileRow:  # noqa: ANN401
     if not isinstance(item, dict):
-        return Record(0, place, {}, named=named, damage=f'is not an object: {str(item)[:60]!r}')
+        return FileRow(0, place, {}, named=named, damage=f'is not an object: {str(item)[:60]!r}')
     values = {str(key): '' if cell is None else str(cell).strip() for key, cell in item.items()}
     if order_id:
         values['order_id'] = order_id
         # BED-BPP's id is the article's; two of the same article are two boxes.
         values['article_id'] = values.pop('id', '')
-    return Record(0, place, values, named=named)
+    return FileRow(0, place, values, named=named)

@@ -17,7 +17,7 @@ from pack_msgs_py.values import Box, Vec3
 Recipe = Callable[[random.Random], Sequence[Vec3]]
 
 
-class Source(Protocol):
+class BoxSource(Protocol):
     """Boxes without end, in rounds of equal length. Ids are unique over all rounds."""
 
     name: str
@@ -33,7 +33,7 @@ class Source(Protocol):
         """Whether a box of the first ``turns`` rounds may be called ``box_id``."""
 
 
-class Listed:
+class ListedBoxes:
     """Each row once a round; later rounds append ``#2``, ``#3`` and so on to the ids.
 
     ``seed`` 0 keeps the order; otherwise every round is shuffled, the same for equal seeds.
@@ -64,14 +64,14 @@ class Listed:
         return tuple(_renamed(entry, f'{self._mark}{number + 1}') for entry in order)
 
     def has(self, box_id: str, turns: int) -> bool:
-        """See :class:`Source`."""
+        """See :class:`BoxSource`."""
         if box_id in self._ids:
             return True
         stem, mark, turn = box_id.rpartition(self._mark)
         return bool(mark) and stem in self._ids and turn.isdecimal() and 2 <= int(turn) <= turns
 
 
-class Drawn:
+class DrawnBoxes:
     """Boxes drawn with replacement; the place in the stream, from 1, is appended to each id."""
 
     def __init__(self, entries: Sequence[Entry], seed: int, name: str) -> None:
@@ -97,13 +97,13 @@ class Drawn:
         return tuple(_renamed(box, f'{self._mark}{n}') for n, box in enumerate(drawn, start=first))
 
     def has(self, box_id: str, turns: int) -> bool:
-        """See :class:`Source`."""
+        """See :class:`BoxSource`."""
         stem, mark, place = box_id.rpartition(self._mark)
         known = bool(mark) and stem in self._ids and place.isdecimal()
         return known and 1 <= int(place) <= turns * len(self._boxes)
 
 
-class Made:
+class MadeBoxes:
     """Boxes made by a recipe, new ones in each round, numbered from 1.
 
     ``turn_length`` is how many the recipe makes. They have the default density.
@@ -134,7 +134,7 @@ class Made:
         )
 
     def has(self, box_id: str, turns: int) -> bool:
-        """See :class:`Source`."""
+        """See :class:`BoxSource`."""
         number = box_id.removeprefix(self._prefix)
         known = box_id.startswith(self._prefix) and number.isdecimal()
         return known and 1 <= int(number) <= turns * self._length

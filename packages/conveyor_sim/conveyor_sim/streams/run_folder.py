@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from conveyor_sim.streams.box_records import BoxFileError, Entry, Record, RejectedRow, entries_from
+from conveyor_sim.streams.box_records import BoxFileError, Entry, FileRow, RejectedRow, entries_from
 from conveyor_sim.streams.files import read_entries
 from pack_msgs_py.values import Box
 
@@ -42,21 +42,21 @@ def read_run(folder: Path) -> tuple[Entry, ...]:
     return entries
 
 
-def _records(lines: Iterable[str], path: Path) -> Iterator[Record]:
+def _records(lines: Iterable[str], path: Path) -> Iterator[FileRow]:
     for number, line in enumerate(lines, start=1):
         place = f'line {number}'
         try:
             row = json.loads(line)
             box_id, size = row['box_id'], row['size_mm']
         except (ValueError, KeyError, TypeError):
-            yield Record(number, place, {}, damage=f'is not a box of a run: {line[:60]!r}')
+            yield FileRow(number, place, {}, damage=f'is not a box of a run: {line[:60]!r}')
             continue
         if size is None:
             continue  # rejected before it was measured
         values = dict(zip(_COLUMNS[1:4], map(str, size), strict=True))
         weight = row.get('weight_kg')
         values |= {'id': str(box_id)} | ({} if weight is None else {'weight_kg': str(weight)})
-        yield Record(number, place, values)
+        yield FileRow(number, place, values)
 
 
 def write_boxes(path: Path, entries: Iterable[Entry]) -> None:

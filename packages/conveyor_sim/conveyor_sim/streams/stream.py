@@ -11,7 +11,7 @@ from pathlib import Path
 
 from conveyor_sim.streams.box_records import Entry
 from conveyor_sim.streams.by_name import open_source
-from conveyor_sim.streams.repeating import Listed, Source
+from conveyor_sim.streams.repeating import BoxSource, ListedBoxes
 from pack_msgs_py.values import Box
 
 #: Rounds kept in memory: the newest, and those that boxes still on the belt are of.
@@ -25,7 +25,7 @@ class Stream:
     ----------
     boxes : a source, or rows of a box file, which then come in order or shuffled with ``seed``.
     count : how many to supply, rejected rows included; 0 for one round of the source.
-    seed : see :class:`conveyor_sim.streams.repeating.Listed`; also of the destinations.
+    seed : see :class:`conveyor_sim.streams.repeating.ListedBoxes`; also of the destinations.
     name : what rows are called in messages.
     destinations : give each box without one a destination ``D1`` to ``D<n>``, at random; 0 leaves
         them as they are.
@@ -33,7 +33,7 @@ class Stream:
 
     def __init__(
         self,
-        boxes: Source | Sequence[Entry],
+        boxes: BoxSource | Sequence[Entry],
         count: int = 0,
         seed: int = 0,
         name: str = 'boxes',
@@ -42,7 +42,7 @@ class Stream:
         if count < 0 or destinations < 0:
             msg = f'count is {count} and destinations {destinations}; both must be 0 or more'
             raise ValueError(msg)
-        self._source = Listed(boxes, seed, name) if isinstance(boxes, Sequence) else boxes
+        self._source = ListedBoxes(boxes, seed, name) if isinstance(boxes, Sequence) else boxes
         self._turns: OrderedDict[int, tuple[Entry, ...]] = OrderedDict()
         self._per_turn = len(self._turn(0))
         self._length = count or self._per_turn
