@@ -53,7 +53,7 @@ class Truth:
     def update(self, boxes: Iterable[TrueBox]) -> None:
         """These are on the belt now."""
         with self._lock:
-            self._on_belt = {one.box.id: one for one in boxes}
+            self._on_belt = {true.box.id: true for true in boxes}
 
     def find(self, box_id: str) -> TrueBox | None:
         """The box called ``box_id``: as it is on the belt, else as it was picked."""
@@ -62,21 +62,21 @@ class Truth:
 
     def box(self, scanned: Box) -> Box:
         """The true box behind ``scanned``; that itself when nothing else is known."""
-        found = self.find(scanned.id)
-        return scanned if found is None else found.box
+        true = self.find(scanned.id)
+        return scanned if true is None else true.box
 
     def picked(self, box_id: str) -> None:
         """The arm has this box now: remember it when it is no longer on the belt."""
         with self._lock:
-            found = self._on_belt.get(box_id)
-            if found is not None:
-                self._picked[box_id] = found
+            true = self._on_belt.get(box_id)
+            if true is not None:
+                self._picked[box_id] = true
                 self._save()
 
     def keep(self, box_ids: Collection[str]) -> None:
         """Only these are still in bins: forget what else was picked."""
         with self._lock:
-            gone = [one for one in self._picked if one not in box_ids]
+            gone = [box_id for box_id in self._picked if box_id not in box_ids]
             for box_id in gone:
                 del self._picked[box_id]
             if gone:

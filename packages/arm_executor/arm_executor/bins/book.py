@@ -40,7 +40,7 @@ class BookState:
 
     def find(self, bin_id: str) -> Bin | None:
         """The open bin called ``bin_id``."""
-        return next((one for one in self.bins if one.id == bin_id), None)
+        return next((bin_ for bin_ in self.bins if bin_.id == bin_id), None)
 
 
 @dataclass(frozen=True)
@@ -99,31 +99,34 @@ class BinBook:
         """
         with self._lock:
             pending = self._journal.pending()
-            found = Recovery(
-                returned=tuple(one for one in pending if one.step is Step.PICKED),
-                forgotten=tuple(one for one in pending if one.step is Step.PLANNED),
-                unmeasured=tuple(one for one in pending if one.step.in_bin),
+            recovery = Recovery(
+                returned=tuple(attempt for attempt in pending if attempt.step is Step.PICKED),
+                forgotten=tuple(attempt for attempt in pending if attempt.step is Step.PLANNED),
+                unmeasured=tuple(attempt for attempt in pending if attempt.step.in_bin),
             )
             text = 'the executor was restarted while the box was in the gripper'
             with self._journal.transaction():
-                for one in found.forgotten:
-                    self._journal.set_step(one.id, Step.FORGOTTEN, self._stamp())
-                for one in found.returned:
-                    event = self._event(one, BoxEventKind.RETURNED, Reason.FAULT, text)
-                    self._journal.set_step(one.id, Step.RETURNED, event.stamp_s)
+                for attempt in recovery.forgotten:
+                    self._journal.set_step(attempt.id, Step.FORGOTTEN, self._stamp())
+                for attempt in recovery.returned:
+                    event = self._event(attempt, BoxEventKind.RETURNED, Reason.FAULT, text)
+                    self._journal.set_step(attempt.id, Step.RETURNED, event.stamp_s)
                     self._journal.add_event(event)
-                standing = {one.station for one in self._journal.open_bins()}
+                standing = {bin_.station for bin_ in self._journal.open_bins()}
                 for number, station in enumerate(STATIONS[: self._count]):
                     if station not in standing:
                         serves = self._destinations[number % len(self._destinations)]
                         self._journal.add_bin(self._new_bin(station, serves), self._stamp())
             self._load()
-            return found
+            return recovery
 
     def _load(self) -> None:
         bins = self._journal.open_bins()
-        attempts = [one for each in bins for one in self._journal.attempts_in(each.serial)]
-        poses = {one.placed.box.id: one.pose for one in attempts}
+        poses = {
+            attempt.placed.box.id: attempt.pose
+            for bin_ in bins
+            for attempt in self._journal.attempts_in(bin_.serial)
+        }
         self.state = BookState(self._journal.revision(), bins, poses)
 
     def _new_bin(self, station: str, destination: str) -> Bin:
@@ -139,17 +142,17 @@ class BinBook:
         that nobody goes on with a plan for what they were.
         """
         with self._lock:
-            pending = [one for one in self._journal.pending() if one.step.in_bin]
-            grown = revise | {one.bin_serial for one in pending}
+            pending = [attempt for attempt in self._journal.pending() if attempt.step.in_bin]
+            grown = revise | {attempt.bin_serial for attempt in pending}
             with self._journal.transaction():
                 self._journal.set_measured(poses)
-                for one in pending:
-                    event = self._event(one, BoxEventKind.PLACED)
-                    self._journal.set_step(one.id, Step.VERIFIED, event.stamp_s)
+                for attempt in pending:
+                    event = self._event(attempt, BoxEventKind.PLACED)
+                    self._journal.set_step(attempt.id, Step.VERIFIED, event.stamp_s)
                     self._journal.add_event(event)
-                for standing in self.state.bins:
-                    if standing.serial in grown:
-                        self._journal.set_bin_revision(standing.serial, standing.revision + 1)
+                for bin_ in self.state.bins:
+                    if bin_.serial in grown:
+                        self._journal.set_bin_revision(bin_.serial, bin_.revision + 1)
                 self._journal.set_revision(self.state.revision + 1)
             self._load()
 
@@ -162,8 +165,8 @@ class BinBook:
         """Bins closed recently, oldest first, each with the poses of its boxes."""
         with self._lock:
             return [
-                (one, {a.placed.box.id: a.pose for a in self._journal.attempts_in(one.serial)})
-                for one in self._journal.closed_bins(REPEATED)
+                (bin_, {a.placed.box.id: a.pose for a in self._journal.attempts_in(bin_.serial)})
+                for bin_ in self._journal.closed_bins(REPEATED)
             ]
 
     # -- one placement --------------------------------------------------------------------------
@@ -206,7 +209,7 @@ class BinBook:
             event = self._event(attempt, BoxEventKind.PLACED)
             target = self._bin(attempt.bin_serial)
             boxes = (
-                *(_moved(one, others) for one in target.boxes),
+                *(_moved(other, others) for other in target.boxes),
                 with_measured(attempt.placed, pose),
             )
             changed = replace(target, boxes=boxes, revision=target.revision + 1)
@@ -218,7 +221,9 @@ class BinBook:
                 self._journal.add_event(event)
             self.state = BookState(
                 self.state.revision + 1,
-                tuple(changed if one.serial == changed.serial else one for one in self.state.bins),
+                tuple(
+                    changed if bin_.serial == changed.serial else bin_ for bin_ in self.state.bins
+                ),
                 {**self.state.poses, **poses},
             )
             self.attempt = None
@@ -280,7 +285,7 @@ class BinBook:
         with self._lock:
             old = self.state.find(bin_id)
             if old is None:
-                names = ', '.join(one.id for one in self.state.bins)
+                names = ', '.join(bin_.id for bin_ in self.state.bins)
                 msg = f'there is no open bin {bin_id!r}; open are {names}'
                 raise BookError(msg)
             if revision not in (0, old.revision):
@@ -298,7 +303,7 @@ class BinBook:
             gone = {placed.box.id for placed in old.boxes}
             self.state = BookState(
                 self.state.revision + 1,
-                (*(one for one in self.state.bins if one.serial != old.serial), new),
+                (*(bin_ for bin_ in self.state.bins if bin_.serial != old.serial), new),
                 {key: pose for key, pose in self.state.poses.items() if key not in gone},
             )
             return old, new
@@ -317,7 +322,7 @@ class BinBook:
         return self.attempt
 
     def _bin(self, serial: int) -> Bin:
-        return next(one for one in self.state.bins if one.serial == serial)
+        return next(bin_ for bin_ in self.state.bins if bin_.serial == serial)
 
     def _event(
         self,

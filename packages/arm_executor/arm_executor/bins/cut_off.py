@@ -58,19 +58,19 @@ class CutOffs:
             msg = 'name a destination: bins for any box are closed one by one, with swap_bin'
             raise BookError(msg)
         bins = self._bins()
-        chosen = [one for one in bins if one.destination == destination]
+        chosen = [bin_ for bin_ in bins if bin_.destination == destination]
         if not chosen:
-            served = ', '.join(sorted({one.destination for one in bins if one.destination}))
+            served = ', '.join(sorted({bin_.destination for bin_ in bins if bin_.destination}))
             msg = f'no open bin serves {destination!r}; served are {served or "any boxes"}'
             raise BookError(msg)
         busy, closed, pending = self._busy(), [], []
-        for one in chosen:
-            if one.id == busy:
-                self._pending[one.id] = next_destination
-                pending.append(one.id)
-            elif one.boxes or next_destination not in ('', destination):
-                self._swap(one.id, 0, next_destination)
-                closed.append(one.id)
+        for bin_ in chosen:
+            if bin_.id == busy:
+                self._pending[bin_.id] = next_destination
+                pending.append(bin_.id)
+            elif bin_.boxes or next_destination not in ('', destination):
+                self._swap(bin_.id, 0, next_destination)
+                closed.append(bin_.id)
         return CutOffAnswer(tuple(closed), tuple(pending))
 
     def goal_ended(self) -> None:
@@ -81,11 +81,11 @@ class CutOffs:
         BookError
             It cannot be closed now; it is tried again after the next goal.
         """
-        open_bins = {one.id: one for one in self._bins()}
+        open_bins = {bin_.id: bin_ for bin_ in self._bins()}
         for bin_id, following in list(self._pending.items()):
-            one = open_bins.get(bin_id)
-            if one is not None and bin_id == self._busy():
+            bin_ = open_bins.get(bin_id)
+            if bin_ is not None and bin_id == self._busy():
                 continue
-            if one is not None and (one.boxes or following not in ('', one.destination)):
+            if bin_ is not None and (bin_.boxes or following not in ('', bin_.destination)):
                 self._swap(bin_id, 0, following)
             del self._pending[bin_id]

@@ -40,7 +40,13 @@ class Step(str, Enum):
 class Attempt:
     """One placement that was begun: which box, into which bin, how far it came.
 
-    ``target`` and ``measured`` are poses of the box's centre in the bin frame.
+    Attributes
+    ----------
+    id : number of the attempt in the journal; 0 before it is written there.
+    placed, bin_serial : the box as it was planned, and the serial of the bin it is for.
+    target, measured : poses of the box's centre, bin frame: commanded, and as it came to rest.
+    step : how far the placement has come.
+    goal_id : of the action's goal.
     """
 
     id: int

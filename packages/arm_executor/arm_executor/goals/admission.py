@@ -31,8 +31,15 @@ class Refusal:
 class AdmissionState:
     """All that admission looks at.
 
-    ``ids_in_bins`` are the boxes of all bins, closed ones too. ``busy_with`` is the box being
-    handled, empty when the arm is free.
+    Attributes
+    ----------
+    bins : the open bins.
+    ids_in_bins : the boxes of all bins, closed ones too.
+    profile : packing rules.
+    scan : the latest look-ahead, ``None`` before the first.
+    mode : of the executor.
+    busy_with : the box being handled, empty when the arm is free.
+    now_s : seconds since the epoch.
     """
 
     bins: BookState

@@ -52,6 +52,8 @@ class ExecutorCore:
 
     Parameters
     ----------
+    book : the bins, for as long as the core lives.
+    settings : how it works.
     make_arm : called once, on the thread that will own the arm.
     emit : takes every output; called from two threads, must not block.
     wall, steady : clocks, seconds since the epoch and of no particular origin.

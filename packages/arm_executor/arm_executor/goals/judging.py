@@ -19,8 +19,13 @@ def judge(
 ) -> tuple[ErrorCode, str]:
     """Code and message for a box that is in its bin; the first code that applies wins.
 
-    ``expected`` is where it should rest (:func:`pack_msgs_py.geometry.resting.resting_pose`),
-    ``slack_s`` is negative when the deadline was missed.
+    Parameters
+    ----------
+    result : what the arm measured.
+    placed : the box as it was planned.
+    expected : where it should rest (:func:`pack_msgs_py.geometry.resting.resting_pose`).
+    tolerance : what still counts as placed.
+    slack_s : time left until the deadline, negative when it was missed.
     """
     box_id = placed.box.id
     if result.measured is None:

@@ -89,7 +89,16 @@ class Failed:
 
 @dataclass(frozen=True)
 class Status:
-    """What the heartbeat says."""
+    """What the heartbeat says.
+
+    Attributes
+    ----------
+    mode, message : of the executor, and why it is in it, empty when all is well.
+    active_box : id of the box being handled, empty for none.
+    remaining_s : predicted robot time until its goal ends.
+    last_fault : how the last goal that failed did so.
+    tracking_error : farthest that a joint has strayed, as a share of what is allowed.
+    """
 
     mode: Mode
     active_box: str

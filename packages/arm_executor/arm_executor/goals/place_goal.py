@@ -21,8 +21,13 @@ SIZE_TOLERANCE_MM = 1.0
 class PlaceGoal:
     """A goal of place_box as plain values.
 
-    ``pick`` is the centre of the box when it is grasped, in ``pick_frame``; ``frame_id`` is the
-    frame of ``decision.target``; times are seconds since the epoch.
+    Attributes
+    ----------
+    decision : what to place where.
+    frame_id : frame of ``decision.target``.
+    pick, pick_frame : centre of the box when it is grasped, and the frame of that.
+    deadline_s : seconds since the epoch.
+    goal_id : of the action.
     """
 
     decision: Decision

@@ -39,7 +39,17 @@ PROGRESS_STEP = 0.05
 
 @dataclass(frozen=True)
 class Tools:
-    """What a placement works with."""
+    """What a placement works with.
+
+    Attributes
+    ----------
+    arm, book : what moves, and where it is written down.
+    belt, clock : the latest scan, and the robot time that the belt has had.
+    plans : motions that were planned before.
+    settings : how the core works.
+    emit : takes what there is to tell.
+    steady, wall : clocks, seconds of no particular origin and since the epoch.
+    """
 
     arm: Arm
     book: BinBook

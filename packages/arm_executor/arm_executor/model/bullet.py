@@ -91,7 +91,17 @@ def add_box(
     colour: tuple[float, float, float, float] | None = None,
     collides: bool = True,
 ) -> int:
-    """A box with its geometric centre at ``pose``; fixed when ``mass`` is 0."""
+    """A box in the physics client ``client``; returns its number.
+
+    Parameters
+    ----------
+    size : edge lengths, metres.
+    pose : of its geometric centre, frame `cell`.
+    mass : kilograms; 0 for a box that is fixed where it is.
+    com_offset : of its centre of mass from the geometric one, along its own axes, metres.
+    colour : red, green, blue and opacity, 0 to 1; without it the box is not to be seen.
+    collides : whether anything can touch it.
+    """
     half = [edge / 2 for edge in size]
     shape = visual = -1
     # Shapes are placed in the link frame, which we keep at the geometric centre.
@@ -115,9 +125,10 @@ def add_box(
 
 
 def set_groups(client: int, body: int, link: int, group: int, mask: int) -> None:
-    """A link, -1 for the base, is in ``group`` and meets only groups of ``mask``, bit by bit.
+    """A link of ``body`` is in ``group`` and meets only groups of ``mask``, bit by bit.
 
-    For two bodies not to meet, neither may be in a group that the other's mask has.
+    Link -1 is the base. For two bodies not to meet, neither may be in a group that the mask of the
+    other has.
     """
     pybullet.setCollisionFilterGroupMask(body, link, group, mask, physicsClientId=client)
 

@@ -33,7 +33,9 @@ class RobotModel:
     ----------
     d1, a2, a3, d4, d5, d6 : Denavit-Hartenberg lengths; the twists are those of every UR.
     max_speed, max_torque : per joint, rad/s and N m.
+    name : of the product, in lower case.
     payload, payload_tool_down : at any orientation, and with the tool kept vertical, kg.
+    reach : of the flange from the base, data sheet, metres.
     radii : of shoulder, upper arm, forearm and the three wrists, for the collision shapes.
     shoulder_offset, elbow_offset : how far upper arm and forearm stand beside their joint plane.
     """

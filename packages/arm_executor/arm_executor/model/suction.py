@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from arm_executor.model.arm_interface import MotionError
 from arm_executor.model.layout import Tool
 from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.geometry.pose import metres
 from pack_msgs_py.values import Box, Vec3
 
 GRAVITY = 9.81
@@ -108,8 +109,8 @@ def holding_limits(
 
 def check_grip(tool: Tool, box: Box, *, tilts: bool = False) -> None:
     """:class:`MotionError` ``LIMITS_EXCEEDED`` when the pad cannot carry ``box``."""
-    size = _metres(box.size_mm)
-    offset = _metres(box.com_offset_mm)
+    size = metres(box.size_mm)
+    offset = metres(box.com_offset_mm)
     most = tool_acceleration_limit(tool, box.weight_kg, size, offset, tilts=tilts)
     if most >= LEAST_ACCELERATION:
         return
@@ -121,8 +122,3 @@ def check_grip(tool: Tool, box: Box, *, tilts: bool = False) -> None:
         f'{pad.grip / tool.safety:.0f} N are used'
     )
     raise MotionError(ErrorCode.LIMITS_EXCEEDED, msg)
-
-
-def _metres(values_mm: Vec3) -> Vec3:
-    x, y, z = values_mm
-    return (x / 1000, y / 1000, z / 1000)

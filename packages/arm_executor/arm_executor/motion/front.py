@@ -60,7 +60,15 @@ _STYLES = (PathStyle(0.30), PathStyle(0.15), PathStyle(0.06, lift=0.05, slant=Fa
 
 
 class FrontPlanner:
-    """Plans front grasps for one arm in one cell against one :class:`PlanningWorld`."""
+    """Plans front grasps for one arm in one cell against one :class:`PlanningWorld`.
+
+    Parameters
+    ----------
+    kinematics, timing : of the robot in its cell.
+    layout : where everything stands.
+    world : says what would be touched.
+    period : of the samples of a trajectory, seconds.
+    """
 
     def __init__(
         self,

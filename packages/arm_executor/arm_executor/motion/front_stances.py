@@ -37,7 +37,11 @@ _RISE = 0.15
 
 @dataclass(frozen=True)
 class FrontStance:
-    """Configurations (7,) of one way to stand: at the pick, above the place, at the place."""
+    """One way to stand: configurations (7,) at the pick, above the place, at the place.
+
+    ``estimate`` is robot time in seconds, ``branch`` the posture above the place, ``key`` tells
+    apart which place on the rail it is for the grip and for the place.
+    """
 
     estimate: float
     branch: int
@@ -50,7 +54,11 @@ class FrontStance:
 def find_front_stances(
     kinematics: CellKinematics, timing: Timing, task: Task, pick: Vec3, q: Array
 ) -> list[FrontStance]:
-    """Ways to stand, the quickest by estimate first."""
+    """Ways to stand, the quickest by estimate first.
+
+    ``kinematics`` and ``timing`` are of the robot, ``task`` is what it is to do with the box lying
+    as it is taken, ``pick`` the middle of its front on the belt, ``q`` (7,) where the arm is.
+    """
     rail = kinematics.layout.rail
     rails = np.array([place for place in _PICK_RAILS if rail.x_min <= place <= rail.x_max])
     level = kinematics.tool_ahead(rails, np.tile(pick, (len(rails), 1)), task.pick_yaw).reshape(

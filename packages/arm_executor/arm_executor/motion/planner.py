@@ -76,7 +76,15 @@ class _Paths:
 
 
 class MotionPlanner:
-    """Plans for one arm in one cell against one :class:`PlanningWorld`."""
+    """Plans for one arm in one cell against one :class:`PlanningWorld`.
+
+    Parameters
+    ----------
+    robot, layout : which robot it is, and where everything stands.
+    limits : assumed limits of motion.
+    world : says what would be touched.
+    period : of the samples of a trajectory, seconds.
+    """
 
     def __init__(
         self,

@@ -48,7 +48,8 @@ def find_stances(
 ) -> list[Stance]:
     """Every stance that reaches pick and place, the quickest by estimate first.
 
-    ``start`` (7,) is where the arm is, in posture ``branch``.
+    ``kinematics`` and ``timing`` are of the robot, ``task`` is what it is to do; ``start`` (7,) is
+    where the arm is, in posture ``branch``.
     """
     rail = kinematics.layout.rail
     options = set()

@@ -62,9 +62,14 @@ def taut(
 ) -> list[Waypoint]:
     """Waypoints along ``across`` (n, 5), heights filled in.
 
-    ``ends`` are the heights of the pad at the first and the last sample; it leaves and reaches
-    them straight up and down. ``corner`` is the distance within which corners will be rounded:
-    beside something higher than the box is low, the round needs more room.
+    Parameters
+    ----------
+    ends : heights of the pad at the first and the last sample; it leaves and reaches them straight
+        up and down.
+    what : what the pad carries.
+    obstacles : what it must pass over.
+    corner : distance within which corners will be rounded: beside something higher than the box is
+        low, the round needs more room.
     """
     pads = positions(across)[:, :2]
     way = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(pads, axis=0), axis=1))]

@@ -84,7 +84,7 @@ class Way:
 def find_way(
     task: Task, stance: Stance, begin: Waypoint, last_joint: float, shoulder: float
 ) -> Way:
-    """The way from ``begin`` for one stance.
+    """The way from ``begin`` to do ``task`` in one stance.
 
     ``last_joint`` is the angle of the last joint at ``begin``; ``shoulder`` is d4 of the arm with
     the sign of the posture, and says how far the first joint is ahead of theta.

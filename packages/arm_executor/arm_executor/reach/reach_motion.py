@@ -36,6 +36,7 @@ class StationReach:
 
     Attributes
     ----------
+    station, spec : where the bin stands, and its kind.
     places : centres (n, 3) of the probe box, bin frame, metres.
     free : (n,) whether the arm can stand there with the box and touch nothing.
     seconds : predicted robot time of a whole placement, for the places that were planned; NaN

@@ -77,7 +77,10 @@ def feedback_to_ros(progress: Progress) -> PlaceBox.Feedback:
 def diagnostics_to_ros(
     name: str, status: Status, bins: BookState, journal: str, stamp: TimeMsg
 ) -> DiagnosticArray:
-    """Mode, last fault, journal and bins as one diagnostic status (REP 107)."""
+    """Mode, last fault, journal and bins as one diagnostic status (REP 107).
+
+    ``name`` is that of the node, ``journal`` says how its journal is, ``stamp`` is now.
+    """
     values = {
         'mode': status.mode.name,
         'active_box': status.active_box,

@@ -24,7 +24,16 @@ from pack_msgs_py.ros import conversions
 
 
 class Services:
-    """Answers for ``core`` and ``book``; ``drain`` sends what it has said, ``beat`` its mode."""
+    """Answers the services of ``node`` for the core.
+
+    Parameters
+    ----------
+    node : whose services they are.
+    core, book : what is asked, and the bins that it keeps.
+    layout : says where the pick point is, for candidates.
+    drain : sends at once what the core has said.
+    beat : tells at once in which mode the core is.
+    """
 
     def __init__(
         self,

@@ -57,7 +57,7 @@ class MotionRun:
         others: Mapping[str, Pose],
         moved_m: float,
     ) -> MotionResult:
-        """The result with this run's times; see :class:`MotionResult` for the rest."""
+        """The result with this run's times; the arguments are fields of :class:`MotionResult`."""
         steps = self._total() if self._motion_steps is None else self._motion_steps
         split = {phase: count * STEP_S for phase, count in self._steps.items()}
         return MotionResult(code, message, steps * STEP_S, measured, others, moved_m, split)

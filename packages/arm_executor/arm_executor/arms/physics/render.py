@@ -29,7 +29,10 @@ class Camera:
 def save_picture(
     world: PhysicsWorld, path: Path, width: int, height: int, camera: Camera | None = None
 ) -> None:
-    """Write a PNG of the cell, of all of it unless ``camera`` says otherwise."""
+    """Write a PNG of ``world`` to ``path``, ``width`` by ``height`` pixels.
+
+    It shows the whole cell unless ``camera`` says otherwise.
+    """
     camera = camera or Camera()
     view = pybullet.computeViewMatrix(camera.eye, camera.looks_at, (0, 0, 1))
     lens = pybullet.computeProjectionMatrixFOV(camera.field_of_view, width / height, 0.5, 30.0)
