@@ -19,7 +19,7 @@ from pack_cell.bench.runner import Workers, run
 from pack_cell.bench.simulator import pack_collection
 from pack_cell.bench.statistics import ci95, t975
 from pack_cell.bench.streams import collection, cut_collection, drawn_collection
-from pack_cell.bench.values import Case, Settings, Source
+from pack_cell.bench.values import BenchSettings, Case, CollectionSource
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.validator import validate_bins
 from pack_msgs_py.values import Bin, BinSpec, Box, PlacedBox, parse_bin
@@ -29,7 +29,7 @@ from pack_planner.packing import loop
 
 SYN = parse_bin('SYN')
 SMALL = BinSpec('60x40x40', (600, 400, 400))
-SETTINGS = Settings(PROFILES['paper'])
+SETTINGS = BenchSettings(PROFILES['paper'])
 CARTONS = tuple(
     Box(f'carton-{i}', size)
     for i, size in enumerate(
@@ -39,7 +39,9 @@ CARTONS = tuple(
 
 
 def case(algorithm='mpack_lite', look_ahead=3, collections=1, **source):
-    return Case(algorithm, SMALL, look_ahead, collections, Source('test', CARTONS, **source))
+    return Case(
+        algorithm, SMALL, look_ahead, collections, CollectionSource('test', CARTONS, **source)
+    )
 
 
 # collections
@@ -105,7 +107,7 @@ def replay(packed, spec, boxes):
 @pytest.mark.parametrize('profile', PROFILES)
 @pytest.mark.parametrize('name', ['first_fit', 'o_jampack', 'mpack_lite', 'walle'])
 def test_a_plan_can_be_replayed_and_breaks_no_rule(name, profile):
-    settings = Settings(PROFILES[profile], open_bins=2)
+    settings = BenchSettings(PROFILES[profile], open_bins=2)
     boxes = collection(case(name), settings, 0)
     packed = pack_collection(case(name), settings, 0)
     bins, left = replay(packed, SMALL, boxes)
@@ -143,7 +145,7 @@ def test_the_look_ahead_is_refilled_in_the_order_of_the_stream():
 
 def test_a_box_that_fits_no_bin_is_reported_and_the_others_are_packed():
     boxes = (*CARTONS[:2], Box('too-long', (700.0, 100.0, 100.0)), *CARTONS[2:])
-    stream = Case('mpack_lite', SMALL, 2, 1, Source('test', boxes, in_order=True))
+    stream = Case('mpack_lite', SMALL, 2, 1, CollectionSource('test', boxes, in_order=True))
     packed = pack_collection(stream, SETTINGS, 0)
     assert [entry['id'] for entry in packed.unplaced] == ['too-long']
     assert '700x100x100 mm fits no empty 60x40x40 bin' in packed.unplaced[0]['reason']
@@ -153,14 +155,14 @@ def test_a_box_that_fits_no_bin_is_reported_and_the_others_are_packed():
         SMALL,
         2,
         1,
-        Source('test', (Box('lead', (100.0, 100.0, 100.0), 90.0),), in_order=True),
+        CollectionSource('test', (Box('lead', (100.0, 100.0, 100.0), 90.0),), in_order=True),
     )
-    packed = pack_collection(heavy, Settings(PROFILES['cell']), 0)
+    packed = pack_collection(heavy, BenchSettings(PROFILES['cell']), 0)
     assert packed.unplaced[0]['reason'] == 'weighs 90 kg, the arm lifts 20 kg'
 
 
 def test_one_box_closes_no_bin():
-    stream = Case('mpack_lite', SMALL, 6, 1, Source('test', CARTONS[:1], in_order=True))
+    stream = Case('mpack_lite', SMALL, 6, 1, CollectionSource('test', CARTONS[:1], in_order=True))
     packed = pack_collection(stream, SETTINGS, 0)
     assert packed.fills['fill_closed'] is None
     assert packed.fills['fill_all'] == pytest.approx(100 * CARTONS[0].volume_mm3 / SMALL.volume_mm3)
@@ -168,7 +170,7 @@ def test_one_box_closes_no_bin():
 
 def test_sizes_are_rounded_up_in_the_bin_and_true_in_the_fill():
     box = Box('odd', (293.0, 188.5, 121.0))
-    stream = Case('first_fit', SMALL, 1, 1, Source('test', (box,), in_order=True))
+    stream = Case('first_fit', SMALL, 1, 1, CollectionSource('test', (box,), in_order=True))
     packed = pack_collection(stream, SETTINGS, 0)
     assert sorted(packed.events[0]['placed_size_mm']) == [130, 190, 300]
     assert packed.fills['fill_all'] == pytest.approx(100 * 293 * 188.5 * 121 / SMALL.volume_mm3)
@@ -332,16 +334,16 @@ def test_the_table_of_the_paper_is_whole():
 
 
 def test_paper_figures_stand_beside_the_same_question_only():
-    syn = Case('first_fit', SYN, 1, 30, Source('SYN'))
+    syn = Case('first_fit', SYN, 1, 30, CollectionSource('SYN'))
     assert paper_figures(syn, SETTINGS) == {'fill': 68.71, 'seconds': 0.049}
     assert paper_figures(replace(syn, look_ahead=2), SETTINGS) is None
-    assert paper_figures(syn, Settings(PROFILES['cell'])) is None
+    assert paper_figures(syn, BenchSettings(PROFILES['cell'])) is None
     assert paper_figures(replace(syn, algorithm='walle'), SETTINGS) is None
 
 
 @pytest.fixture(scope='module')
 def records(tmp_path_factory):
-    source = Source('SYN, cut from ten bins')
+    source = CollectionSource('SYN, cut from ten bins')
     cases = [
         Case(name, SYN, look, 2, source)
         for look in (1, 2)

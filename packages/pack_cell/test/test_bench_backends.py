@@ -13,7 +13,7 @@ from pack_cell.bench.report import HEADINGS, row, table1
 from pack_cell.bench.results import ResultFile
 from pack_cell.bench.runner import Workers, run
 from pack_cell.bench.streams import cut_collection
-from pack_cell.bench.values import Case, Settings, Source
+from pack_cell.bench.values import BenchSettings, Case, CollectionSource
 from pack_msgs_py.codes import PlacementStatus
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.validator import with_box
@@ -92,14 +92,14 @@ def first_objectives(problem, backend):
 
 def case(backend, algorithm='mpack_lite'):
     boxes = tuple(Box(f'b{i}', (200.0, 150.0 + 10 * i, 100.0)) for i in range(4))
-    source = Source('test', boxes, in_order=True)
+    source = CollectionSource('test', boxes, in_order=True)
     return Case(algorithm, parse_bin('60x40x40'), 2, 1, source, backend)
 
 
 def test_records_and_tables_name_the_backend_and_keep_them_apart(tmp_path):
     path = tmp_path / 'r.json'
     cases = [case(backend) for backend in BACKENDS] + [case('search', 'first_fit')]
-    settings = Settings(PAPER, budget_s=60.0)
+    settings = BenchSettings(PAPER, budget_s=60.0)
     results = ResultFile(path, None)
     records = run(cases, settings, Workers(), results, lambda *_: None)
     results.close()

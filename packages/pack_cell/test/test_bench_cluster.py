@@ -15,17 +15,17 @@ from pack_cell.bench import cluster
 from pack_cell.bench.cluster import ClusterLost, check_address
 from pack_cell.bench.results import UNFINISHED, ResultFile
 from pack_cell.bench.runner import Workers, run
-from pack_cell.bench.values import Case, Settings, Source
+from pack_cell.bench.values import BenchSettings, Case, CollectionSource
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Box, parse_bin
 
-SETTINGS = Settings(PROFILES['paper'])
+SETTINGS = BenchSettings(PROFILES['paper'])
 CARTONS = tuple(
     Box(f'carton-{i}', size)
     for i, size in enumerate([(200.0, 150.0, 100.0), (293.0, 188.5, 121.0), (330.0, 250.0, 90.0)])
 )
 CASES = [
-    Case(name, parse_bin('60x40x40'), 3, 6, Source('test', CARTONS))
+    Case(name, parse_bin('60x40x40'), 3, 6, CollectionSource('test', CARTONS))
     for name in ('first_fit', 'mpack_lite')
 ]
 

@@ -10,12 +10,12 @@ from pack_cell.bench.results import ResultFile
 from pack_cell.bench.runner import Workers, run
 from pack_cell.bench.simulator import pack_collection
 from pack_cell.bench.streams import collection
-from pack_cell.bench.values import Case, Settings, Source
+from pack_cell.bench.values import BenchSettings, Case, CollectionSource
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Box, parse_bin
 
 SMALL = parse_bin('60x40x40')
-SETTINGS = Settings(PROFILES['paper'], open_bins=3)
+SETTINGS = BenchSettings(PROFILES['paper'], open_bins=3)
 CARTONS = tuple(
     Box(f'carton-{i}', size)
     for i, size in enumerate(
@@ -25,7 +25,7 @@ CARTONS = tuple(
 
 
 def case(algorithm='mpack_lite', look_ahead=4, **changes):
-    return Case(algorithm, SMALL, look_ahead, 1, Source('test', CARTONS), **changes)
+    return Case(algorithm, SMALL, look_ahead, 1, CollectionSource('test', CARTONS), **changes)
 
 
 def pack(destinations, one=None, open_bins=3):

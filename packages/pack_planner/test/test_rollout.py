@@ -10,7 +10,7 @@ import pytest
 from planner_cases import SMALL, coarse, random_bin, random_box
 
 from pack_cell.bench.simulator import pack_collection
-from pack_cell.bench.values import Case, Settings, Source
+from pack_cell.bench.values import BenchSettings, Case, CollectionSource
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin
 from pack_planner.algorithms import Problem, find_algorithm
@@ -116,7 +116,7 @@ def test_nothing_fits_is_no_answer(paper):
 def test_it_fills_bins_better_than_mpack_lite(profile):
     fills = {}
     for name in ('mpack_lite', 'rollout'):
-        case = Case(name, parse_bin('SYN'), 5, 1, Source('SYN, cut from ten bins'))
-        packed = pack_collection(case, Settings(PROFILES[profile], boxes_per_bin=14), 0)
+        case = Case(name, parse_bin('SYN'), 5, 1, CollectionSource('SYN, cut from ten bins'))
+        packed = pack_collection(case, BenchSettings(PROFILES[profile], boxes_per_bin=14), 0)
         fills[name] = packed.fills['fill_closed']
     assert fills['rollout'] > fills['mpack_lite'] + 2.0

@@ -14,7 +14,7 @@ from pack_msgs_py.profiles import find_profile
 from pack_msgs_py.values import parse_bin
 
 if TYPE_CHECKING:
-    from pack_cell.bench.values import Case, Settings, Source
+    from pack_cell.bench.values import BenchSettings, Case, CollectionSource
     from pack_planner.algorithms import AlgorithmSpec
     from pack_planner.decision.options import DecisionOptions
 
@@ -22,10 +22,10 @@ MAX_LOOK_AHEAD = 6
 DEFAULT_BUDGET_S = 5.0
 
 
-def settings_of(arguments: argparse.Namespace) -> Settings:
+def settings_of(arguments: argparse.Namespace) -> BenchSettings:
     """What holds for all cases; ``ValueError`` says what is wrong."""
     from pack_cell.bench import paper
-    from pack_cell.bench.values import Settings
+    from pack_cell.bench.values import BenchSettings
     from pack_planner.decision.weights import parse_weights
 
     profile = find_profile(arguments.profile)
@@ -33,7 +33,7 @@ def settings_of(arguments: argparse.Namespace) -> Settings:
     if not arguments.orientations and profile.name == 'paper':
         orientations = paper.ORIENTATIONS
     profile = replace(profile, orientations=orientations)
-    return Settings(
+    return BenchSettings(
         profile=profile,
         open_bins=arguments.open_bins,
         destinations=arguments.destinations or 0,
@@ -68,7 +68,7 @@ def _options(arguments: argparse.Namespace) -> DecisionOptions:
 def cases_of(arguments: argparse.Namespace) -> list[Case]:
     """Bins outermost, then look-aheads, then algorithms; ``ValueError`` says what is wrong."""
     from pack_cell.bench import paper
-    from pack_cell.bench.values import Case, Source
+    from pack_cell.bench.values import Case, CollectionSource
 
     algorithms = _algorithms(arguments)
     bins = [parse_bin(text) for text in _items(
@@ -80,10 +80,10 @@ def cases_of(arguments: argparse.Namespace) -> list[Case]:
         msg = '--shuffle needs --boxes; cut and drawn collections are random anyway, see --seed'
         raise ValueError(msg)
     cases: list[Case] = []
-    file_source: Source | None = None
+    file_source: CollectionSource | None = None
     for spec in bins:
         if arguments.boxes is None and spec.name == 'SYN':
-            source = Source('SYN, cut from ten bins')
+            source = CollectionSource('SYN, cut from ten bins')
         else:
             source = file_source or _source_of_file(arguments)
             file_source = source
@@ -155,10 +155,10 @@ def _contact(arguments: argparse.Namespace, algorithm: AlgorithmSpec) -> list[bo
     return list(dict.fromkeys(in_paper[choice] for choice in choices))
 
 
-def _source_of_file(arguments: argparse.Namespace) -> Source:
+def _source_of_file(arguments: argparse.Namespace) -> CollectionSource:
     """Boxes of the given file, or of the built-in one."""
     from conveyor_sim.streams import load_boxes, open_source
-    from pack_cell.bench.values import Source
+    from pack_cell.bench.values import CollectionSource
 
     boxes, rejected = load_boxes(arguments.boxes or '')
     if not boxes:
@@ -174,7 +174,7 @@ def _source_of_file(arguments: argparse.Namespace) -> Source:
         name += f', shuffled with seed {arguments.shuffle}'
     else:
         name += ', in its order'
-    return Source(
+    return CollectionSource(
         name=name,
         boxes=tuple(boxes),
         in_order=in_order,

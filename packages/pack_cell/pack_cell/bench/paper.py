@@ -6,7 +6,7 @@ import csv
 from functools import lru_cache
 from pathlib import Path
 
-from pack_cell.bench.values import Case, JsonObject, Settings
+from pack_cell.bench.values import BenchSettings, Case, JsonObject
 
 TABLE = Path(__file__).parent / 'data' / 'paper_table1.csv'
 
@@ -55,7 +55,7 @@ def table() -> dict[tuple[str, str, int], tuple[float, float]]:
         }
 
 
-def paper_figures(case: Case, settings: Settings) -> JsonObject | None:
+def paper_figures(case: Case, settings: BenchSettings) -> JsonObject | None:
     """The paper's figures for a case, ``None`` where it has none or the rules are others.
 
     First fit and best fit on SYN have none of their own, but with one box in the look-ahead

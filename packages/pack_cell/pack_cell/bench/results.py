@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TextIO
 
 from pack_cell.bench.statistics import IDENTITY, identity
-from pack_cell.bench.values import Case, JsonObject, Packed, Settings
+from pack_cell.bench.values import BenchSettings, Case, JsonObject, Packed
 
 #: What is added to the name of the records' file for collections of unfinished records.
 UNFINISHED = '.unfinished'
@@ -47,7 +47,7 @@ class ResultFile:
             Path(self._lock.name).unlink(missing_ok=True)
             self._lock.close()
 
-    def find(self, case: Case, settings: Settings) -> JsonObject | None:
+    def find(self, case: Case, settings: BenchSettings) -> JsonObject | None:
         """The finished record of a case."""
         wanted = identity(case, settings)
         for one in self.records:
@@ -71,7 +71,7 @@ class ResultFile:
             else:
                 self._parts.unlink(missing_ok=True)
 
-    def keep(self, case: Case, settings: Settings, number: int, packed: Packed) -> None:
+    def keep(self, case: Case, settings: BenchSettings, number: int, packed: Packed) -> None:
         """Write down one collection of a record that is not finished yet."""
         if self._parts is None:
             return
@@ -81,7 +81,7 @@ class ResultFile:
             # the last line of one that was killed may be half there
             file.write(('' if whole else '\n') + _line({**part, 'packed': asdict(packed)}))
 
-    def unfinished(self, case: Case, settings: Settings) -> dict[int, Packed]:
+    def unfinished(self, case: Case, settings: BenchSettings) -> dict[int, Packed]:
         """The collections of a case that are packed already, by number."""
         wanted = _digest(identity(case, settings))
         return {

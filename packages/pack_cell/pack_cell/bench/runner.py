@@ -16,9 +16,9 @@ from pack_cell.bench.cluster import dask_cluster
 from pack_cell.bench.results import ResultFile
 from pack_cell.bench.simulator import pack_collection
 from pack_cell.bench.statistics import record
-from pack_cell.bench.values import Case, JsonObject, Packed, Settings
+from pack_cell.bench.values import BenchSettings, Case, JsonObject, Packed
 
-_Unit = tuple[Case, Settings, int]
+_Unit = tuple[Case, BenchSettings, int]
 
 #: How often a worker looks whether its run is still there.
 _PARENT_PERIOD_S = 2.0
@@ -38,7 +38,7 @@ class Workers:
 
 def run(
     cases: Sequence[Case],
-    settings: Settings,
+    settings: BenchSettings,
     workers: Workers,
     results: ResultFile,
     progress: Callable[[Case, int, int], None],

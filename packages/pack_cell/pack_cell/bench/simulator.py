@@ -6,7 +6,7 @@ import time
 from dataclasses import replace
 
 from pack_cell.bench.streams import collection, destination
-from pack_cell.bench.values import Case, JsonObject, Packed, Settings
+from pack_cell.bench.values import BenchSettings, Case, JsonObject, Packed
 from pack_msgs_py.metrics import fill_metrics
 from pack_msgs_py.values import Bin, Box
 from pack_planner.algorithms import find_algorithm
@@ -17,7 +17,7 @@ from pack_planner.packing.loop import ClosedBin, PackedBox, PackingLoop, Packing
 BELT_BOXES = 20
 
 
-def pack_collection(case: Case, settings: Settings, number: int) -> Packed:
+def pack_collection(case: Case, settings: BenchSettings, number: int) -> Packed:
     """Pack collection ``number`` of ``case``.
 
     Raises
@@ -45,7 +45,7 @@ def pack_collection(case: Case, settings: Settings, number: int) -> Packed:
     )
 
 
-def _task(case: Case, settings: Settings, number: int) -> PackingTask:
+def _task(case: Case, settings: BenchSettings, number: int) -> PackingTask:
     count, bins = settings.destinations, range(settings.open_bins)
     return PackingTask(
         case.bin_spec,
@@ -65,7 +65,7 @@ def _task(case: Case, settings: Settings, number: int) -> PackingTask:
 class _Record:
     """Lines of the plan of one collection."""
 
-    def __init__(self, case: Case, settings: Settings, number: int) -> None:
+    def __init__(self, case: Case, settings: BenchSettings, number: int) -> None:
         self._number = number
         self._sorts = settings.destinations > 0
         self.events: list[JsonObject] = []

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 
 from pack_cell.bench.paper import paper_figures
-from pack_cell.bench.values import Case, JsonObject, Packed, Settings
+from pack_cell.bench.values import BenchSettings, Case, JsonObject, Packed
 from pack_msgs_py.metrics import time_summary
 from pack_planner.algorithms import find_algorithm
 
@@ -43,7 +43,7 @@ def ci95(values: Sequence[float]) -> float | None:
     return t975(len(values) - 1) * math.sqrt(variance / len(values))
 
 
-def record(case: Case, settings: Settings, packed: Sequence[Packed]) -> JsonObject:
+def record(case: Case, settings: BenchSettings, packed: Sequence[Packed]) -> JsonObject:
     """The record of a case. Fills are means over collections, in percent."""
     places = [event for one in packed for event in one.events if event['event'] == 'place']
     seconds = [event['seconds'] for one in packed for event in one.events]
@@ -65,7 +65,7 @@ def record(case: Case, settings: Settings, packed: Sequence[Packed]) -> JsonObje
     }
 
 
-def identity(case: Case, settings: Settings) -> JsonObject:
+def identity(case: Case, settings: BenchSettings) -> JsonObject:
     """What a record is about: equal for the same question, whoever asks it."""
     source, profile = case.source, settings.profile
     algorithm = find_algorithm(case.algorithm, case.digest)

@@ -8,14 +8,14 @@ from dataclasses import replace
 
 from conveyor_sim.streams.box_records import DEFAULT_DENSITY_KG_PER_MM3
 from conveyor_sim.streams.syn import cut_bins
-from pack_cell.bench.values import Case, Settings
+from pack_cell.bench.values import BenchSettings, Case
 from pack_msgs_py.values import BinSpec, Box
 
 #: Bins whose volume a drawn collection has (Ojha et al., section IV).
 INDUSTRIAL_BINS = 4
 
 
-def collection(case: Case, settings: Settings, number: int) -> tuple[Box, ...]:
+def collection(case: Case, settings: BenchSettings, number: int) -> tuple[Box, ...]:
     """The boxes of collection ``number``, from 0, in the order of their arrival.
 
     Equal for all algorithms and look-aheads, so that these are compared on the same boxes. Each has
@@ -34,7 +34,7 @@ def destination(number: int) -> str:
     return f'destination {number + 1}'
 
 
-def _boxes(case: Case, settings: Settings, number: int) -> tuple[Box, ...]:
+def _boxes(case: Case, settings: BenchSettings, number: int) -> tuple[Box, ...]:
     source = case.source
     rng = random.Random(f'{settings.seed}/{case.bin_spec.name}/{number}')
     if not source.boxes:

@@ -15,7 +15,7 @@ JsonObject = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Source:
+class CollectionSource:
     """Where the boxes of the collections come from.
 
     Attributes
@@ -50,14 +50,14 @@ class Case:
     bin_spec: BinSpec
     look_ahead: int
     collections: int
-    source: Source
+    source: CollectionSource
     backend: str = 'search'
     cep: bool = False
     digest: str = ''
 
 
 @dataclass(frozen=True)
-class Settings:
+class BenchSettings:
     """What holds for all cases.
 
     Attributes
