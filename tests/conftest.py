@@ -1,4 +1,4 @@
-"""Fixtures of the whole-cell tests: a private ROS domain, and cells that are cleaned up."""
+"""Fixtures of the whole-cell tests: cells and groups of nodes that are cleaned up."""
 
 from __future__ import annotations
 
@@ -8,15 +8,7 @@ from pathlib import Path
 import domain_coordinator
 import pytest
 from cell_process import CellProcess
-
-
-@pytest.fixture
-def ros_domain(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
-    """Reserve a ROS_DOMAIN_ID that no other test on this host is using."""
-    with domain_coordinator.domain_id() as number:
-        monkeypatch.setenv('ROS_DOMAIN_ID', str(number))
-        monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-        yield number
+from node_group import NodeGroup
 
 
 @pytest.fixture
@@ -39,3 +31,11 @@ def start_cell(tmp_path: Path, ros_domain: int) -> Iterator[Callable[..., CellPr
     yield start
     for cell in cells:
         cell.close()
+
+
+@pytest.fixture
+def group(tmp_path: Path, ros_domain: int) -> Iterator[NodeGroup]:
+    """The three nodes, to be started one by one."""
+    made = NodeGroup(tmp_path, ros_domain)
+    yield made
+    made.close()

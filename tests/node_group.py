@@ -11,13 +11,12 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.executors import SingleThreadedExecutor
 
 from pack_cell.report.record import RunRecord
 from pack_cell.ros.recorder import Recorder
 from pack_cell.running.node_commands import NODES, executable
+from pack_msgs_py.ros.testing import Spinner
 
 LOOK_AGAIN_S = 0.2
 
@@ -31,21 +30,17 @@ class NodeGroup:
         self._running: dict[str, subprocess.Popen[bytes]] = {}
         self._parameters: dict[str, list[str]] = {}
         self._changed = threading.Condition()
-        self._context = rclpy.Context()
-        rclpy.init(context=self._context, domain_id=domain)
-        self.recorder = Recorder(self.record, self._on_change, context=self._context)
+        self._spinner = Spinner(domain=domain)
+        self.recorder = Recorder(self.record, self._on_change, context=self._spinner.context)
         self._diagnostics: dict[str, str] = {}
         self.recorder.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
-        self._executor = SingleThreadedExecutor(context=self._context)
-        self._executor.add_node(self.recorder)
-        self._thread = threading.Thread(target=self._executor.spin, daemon=True)
-        self._thread.start()
+        self._spinner.add(self.recorder)
 
     def start(self, name: str, **parameters: object) -> None:
         """Start a node; without parameters those of the last time hold."""
         given = [f'{key}:={value}' for key, value in parameters.items()]
         if given:
-            self._parameters[name] = [word for one in given for word in ('-p', one)]
+            self._parameters[name] = [word for pair in given for word in ('-p', pair)]
         program = [str(executable(*NODES[name])), '--ros-args', *self._parameters[name]]
         self._launch(name, program)
 
@@ -111,16 +106,13 @@ class NodeGroup:
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.wait()
-        self._executor.shutdown()
-        self.recorder.destroy_node()
-        rclpy.try_shutdown(context=self._context)
-        self._thread.join(timeout=5)
+        self._spinner.close()
 
     def _on_diagnostics(self, msg: DiagnosticArray) -> None:
         for status in msg.status:
             if status.name == 'conveyor':
                 with self._changed:
-                    self._diagnostics = {one.key: one.value for one in status.values}
+                    self._diagnostics = {pair.key: pair.value for pair in status.values}
                     self._changed.notify_all()
 
     def _on_change(self, kind: str, value: object) -> None:

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 
 import pytest
-from cell_process import CellProcess
+from run_checks import TIMED, StartCell
 
 from conveyor_sim.streams import Stream, load_boxes
 
-Start = Callable[..., CellProcess]
+pytestmark = pytest.mark.cell
 
-TIMED = ('--arm', 'timed', '--deadline', '60')
 FAULTS = 'all=0.04'
 
 
 @pytest.mark.parametrize('boxes', ['cartons', 'mpv:class=5,edge=600'])
-def test_every_box_is_in_one_place_whatever_goes_wrong(start_cell: Start, boxes: str) -> None:
+def test_every_box_is_in_one_place_whatever_goes_wrong(start_cell: StartCell, boxes: str) -> None:
     asked = ('--boxes', boxes, '--count', '60', '--seed', '5')
     cell = start_cell(*TIMED, *asked, '--faults', FAULTS, '--destinations', '2')
     assert cell.wait(240.0) == 0, cell.text()
@@ -32,7 +30,9 @@ def test_every_box_is_in_one_place_whatever_goes_wrong(start_cell: Start, boxes:
         assert 'Traceback' not in log.read_text(), log.read_text()
 
 
-def test_a_run_can_be_fed_again_with_the_same_boxes_in_the_same_order(start_cell: Start) -> None:
+def test_a_run_can_be_fed_again_with_the_same_boxes_in_the_same_order(
+    start_cell: StartCell,
+) -> None:
     cell = start_cell(*TIMED, '--boxes', 'draw:cartons', '--count', '6', '--seed', '3')
     assert cell.wait(120.0) == 0, cell.text()
     boxes, rejected = load_boxes(f'run:{cell.out}')

@@ -2,21 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from pathlib import Path
-
 import pytest
 from node_group import NodeGroup
 
 from pack_cell.report.record import RunRecord
 from pack_msgs_py.codes import BoxEventKind, ErrorCode
 
-
-@pytest.fixture
-def group(tmp_path: Path, ros_domain: int) -> Iterator[NodeGroup]:
-    made = NodeGroup(tmp_path, ros_domain)
-    yield made
-    made.close()
+pytestmark = pytest.mark.cell
 
 
 def start_all(group: NodeGroup, *, speed: float, count: int, **conveyor: object) -> None:

@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
 
 import pytest
 import rclpy
-from cell_process import CellProcess
 from rclpy.executors import SingleThreadedExecutor
+from run_checks import TIMED, StartCell
 
 from pack_msgs.srv import CutOff
+from pack_msgs_py.ros.testing import private_context
 
-Start = Callable[..., CellProcess]
-
-TIMED = ('--arm', 'timed', '--deadline', '60')
+pytestmark = pytest.mark.cell
 
 
 @pytest.mark.parametrize('destinations', [2, 4])
 def test_with_destinations_every_box_is_placed_and_none_is_mis_sorted(
-    start_cell: Start, destinations: int
+    start_cell: StartCell, destinations: int
 ) -> None:
     """With more destinations than bins a box waits, on its rounds, until a bin serves it."""
     asked = ('--count', '24', '--destinations', str(destinations))
@@ -35,7 +33,7 @@ def test_with_destinations_every_box_is_placed_and_none_is_mis_sorted(
 
 
 def test_a_cut_off_closes_the_bins_of_a_destination_while_the_cell_goes_on(
-    start_cell: Start, ros_domain: int
+    start_cell: StartCell, ros_domain: int
 ) -> None:
     cell = start_cell(*TIMED, '--count', '24', '--destinations', '2', '--speed', '30')
     cell.wait_for_placements(6)
@@ -54,18 +52,14 @@ def test_a_cut_off_closes_the_bins_of_a_destination_while_the_cell_goes_on(
 
 def cut_off(destination: str, domain: int) -> CutOff.Response:
     """Ask as an operator does."""
-    context = rclpy.Context()
-    rclpy.init(context=context, domain_id=domain)
-    node = rclpy.create_node('operator', context=context)
-    executor = SingleThreadedExecutor(context=context)
-    executor.add_node(node)
-    try:
+    with private_context(domain) as context:
+        node = rclpy.create_node('operator', context=context)
+        executor = SingleThreadedExecutor(context=context)
+        executor.add_node(node)
         client = node.create_client(CutOff, 'cut_off')
         assert client.wait_for_service(20.0)
         future = client.call_async(CutOff.Request(destination=destination))
         executor.spin_until_future_complete(future, 20.0)
         assert future.done(), 'no answer of cut_off'
-        return future.result()
-    finally:
         node.destroy_node()
-        rclpy.try_shutdown(context=context)
+        return future.result()

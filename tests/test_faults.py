@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import pytest
-from cell_process import CellProcess
-from test_run import TIMED, assert_every_box_in_one_place, assert_rules_hold
+from run_checks import TIMED, StartCell, assert_every_box_in_one_place, assert_rules_hold
 
-Start = Callable[..., CellProcess]
+pytestmark = pytest.mark.cell
 
 
 @pytest.mark.parametrize('node', ['planner', 'conveyor', 'arm_executor'])
-def test_after_a_kill_and_a_restart_the_run_goes_on(start_cell: Start, node: str) -> None:
+def test_after_a_kill_and_a_restart_the_run_goes_on(start_cell: StartCell, node: str) -> None:
     cell = start_cell('--count', '16', '--speed', '8', '--respawn', *TIMED)
     for _ in range(2):
         cell.wait_for_placements(3)
@@ -24,7 +21,7 @@ def test_after_a_kill_and_a_restart_the_run_goes_on(start_cell: Start, node: str
     assert cell.summary()['placed'] == 16, cell.text()
 
 
-def test_the_bins_survive_a_kill_of_the_arm_in_physics(start_cell: Start) -> None:
+def test_the_bins_survive_a_kill_of_the_arm_in_physics(start_cell: StartCell) -> None:
     cell = start_cell('--count', '8', '--respawn')
     cell.wait_for_placements(3)
     cell.kill_node('arm_executor')
@@ -38,7 +35,7 @@ def test_the_bins_survive_a_kill_of_the_arm_in_physics(start_cell: Start) -> Non
 
 @pytest.mark.parametrize('node', ['planner', 'conveyor', 'arm_executor'])
 def test_without_respawn_a_dead_node_ends_the_run_with_its_name(
-    start_cell: Start, node: str
+    start_cell: StartCell, node: str
 ) -> None:
     cell = start_cell('--speed', '8', *TIMED)
     cell.wait_for_placements(1)
@@ -48,7 +45,7 @@ def test_without_respawn_a_dead_node_ends_the_run_with_its_name(
     assert cell.summary()['unaccounted'] == 0, cell.summary()['problems']
 
 
-def test_ctrl_c_ends_with_code_0_and_a_summary(start_cell: Start) -> None:
+def test_ctrl_c_ends_with_code_0_and_a_summary(start_cell: StartCell) -> None:
     cell = start_cell('--speed', '8', *TIMED)
     cell.wait_for_placements(2)
     cell.interrupt()

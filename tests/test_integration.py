@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -11,17 +10,12 @@ from node_group import NodeGroup
 
 from pack_msgs_py.codes import BoxEventKind
 
+pytestmark = pytest.mark.cell
+
 PAGE = Path(__file__).resolve().parents[1] / 'docs' / 'integration.md'
 SCANNER, ARM, EXECUTOR = re.findall(
     r'^```python\n(.*?)^```', PAGE.read_text(), re.MULTILINE | re.DOTALL
 )
-
-
-@pytest.fixture
-def group(tmp_path: Path, ros_domain: int) -> Iterator[NodeGroup]:
-    made = NodeGroup(tmp_path, ros_domain)
-    yield made
-    made.close()
 
 
 def placed(group: NodeGroup) -> int:

@@ -14,7 +14,12 @@ from pathlib import Path
 
 import pytest
 
+from pack_cell.report.record import RunRecord
+from pack_cell.ros.recorder import Recorder
 from pack_cell.running.node_commands import NODES, executable
+from pack_msgs_py.ros.testing import Spinner
+
+pytestmark = pytest.mark.ros
 
 PARAMETERS = {
     'conveyor': ['-p', 'count:=4', '-p', 'speed:=0.0'],
@@ -50,14 +55,6 @@ def nodes(tmp_path: Path, ros_domain: int) -> Iterator[dict[str, subprocess.Pope
 @pytest.fixture
 def watched(ros_domain: int):
     """A recorder in this process, and a way to wait for what it hears."""
-    import rclpy
-    from rclpy.executors import SingleThreadedExecutor
-
-    from pack_cell.report.record import RunRecord
-    from pack_cell.ros.recorder import Recorder
-
-    context = rclpy.Context()
-    rclpy.init(context=context, domain_id=ros_domain)
     changed = threading.Condition()
     record = RunRecord()
 
@@ -65,23 +62,16 @@ def watched(ros_domain: int):
         with changed:
             changed.notify_all()
 
-    recorder = Recorder(record, on_change, context=context)
-    executor = SingleThreadedExecutor(context=context)
-    executor.add_node(recorder)
-    thread = threading.Thread(target=executor.spin, daemon=True)
-    thread.start()
-
     def wait_until(condition, seconds: float = 40.0) -> bool:
         with changed:
             return changed.wait_for(lambda: condition(record), seconds)
 
-    yield wait_until
-    executor.shutdown()
-    recorder.destroy_node()
-    rclpy.try_shutdown(context=context)
-    thread.join(timeout=5)
+    with Spinner(domain=ros_domain) as spinner:
+        spinner.add(Recorder(record, on_change, context=spinner.context))
+        yield wait_until
 
 
+@pytest.mark.cell
 @pytest.mark.parametrize('order', list(itertools.permutations(NODES)), ids='-'.join)
 def test_the_nodes_find_each_other_in_any_order(nodes, watched, tmp_path, order) -> None:
     seen = []

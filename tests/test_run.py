@@ -3,58 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from cell_process import CellProcess
+from run_checks import TIMED, StartCell, assert_every_box_in_one_place, assert_rules_hold, replay
 
-from pack_cell.report.ended_run import execution_profile
-from pack_msgs_py.validator import validate_sequence
-from pack_msgs_py.values import Box, PlacedBox, parse_bin
-
-Start = Callable[..., CellProcess]
-
-TIMED = ('--arm', 'timed', '--deadline', '60')
+pytestmark = pytest.mark.cell
 
 
-def replay(cell: CellProcess) -> dict[int, list[PlacedBox]]:
-    """The placed boxes of the record by bin, in the order of the record."""
-    bins: dict[int, list[PlacedBox]] = {}
-    for row in cell.placements():
-        if row['outcome'] != 'placed':
-            continue
-        placed = PlacedBox(
-            Box(
-                row['box_id'],
-                tuple(row['size_mm']),
-                row['weight_kg'],
-                size_stddev_mm=tuple(row['size_stddev_mm']),
-            ),
-            tuple(row['position_mm']),
-            tuple(row['placed_size_mm']),
-            row['orientation'],
-            tuple(row['measured_position_mm']),
-        )
-        bins.setdefault(row['bin_serial'], []).append(placed)
-    return bins
-
-
-def assert_rules_hold(cell: CellProcess, bin_type: str, profile: str = 'cell') -> None:
-    for boxes in replay(cell).values():
-        found = validate_sequence(boxes, parse_bin(bin_type), execution_profile(profile))
-        assert found == [], '\n'.join(map(str, found))
-
-
-def assert_every_box_in_one_place(cell: CellProcess, count: int) -> None:
-    summary, rows = cell.summary(), cell.placements()
-    assert summary['boxes_supplied'] == count, cell.text()
-    assert summary['placed'] + summary['rejected'] == count, cell.text()
-    assert (summary['lost'], summary['unaccounted']) == (0, 0), summary['problems']
-    assert len({row['box_id'] for row in rows}) == len(rows) == count
-
-
-def test_the_arm_packs_twelve_boxes_where_the_planner_says(start_cell: Start) -> None:
+def test_the_arm_packs_twelve_boxes_where_the_planner_says(start_cell: StartCell) -> None:
     cell = start_cell('--count', '12')
     assert cell.wait() == 0, cell.text()
     assert_every_box_in_one_place(cell, 12)
@@ -73,7 +30,9 @@ def test_the_arm_packs_twelve_boxes_where_the_planner_says(start_cell: Start) ->
 
 
 @pytest.mark.parametrize('bin_type', ['EQ', 'SYN', '100x70x60'])
-def test_bins_are_closed_and_swapped_and_the_rules_hold(start_cell: Start, bin_type: str) -> None:
+def test_bins_are_closed_and_swapped_and_the_rules_hold(
+    start_cell: StartCell, bin_type: str
+) -> None:
     cell = start_cell('--count', '60', '--bin', bin_type, '--open-bins', '1', *TIMED)
     assert cell.wait() == 0, cell.text()
     assert_every_box_in_one_place(cell, 60)
@@ -84,7 +43,7 @@ def test_bins_are_closed_and_swapped_and_the_rules_hold(start_cell: Start, bin_t
     assert summary['fill_first_failure'] is not None
 
 
-def test_the_same_seed_gives_the_same_plan_with_an_exact_scanner(start_cell: Start) -> None:
+def test_the_same_seed_gives_the_same_plan_with_an_exact_scanner(start_cell: StartCell) -> None:
     plans = []
     for _ in range(2):
         cell = start_cell('--count', '25', '--seed', '7', '--scan-sigma', '0', *TIMED)
@@ -95,7 +54,7 @@ def test_the_same_seed_gives_the_same_plan_with_an_exact_scanner(start_cell: Sta
 
 
 def test_bad_rows_of_a_box_file_are_rejected_and_the_rest_is_packed(
-    start_cell: Start, tmp_path: Path
+    start_cell: StartCell, tmp_path: Path
 ) -> None:
     path = tmp_path / 'boxes.csv'
     path.write_text(
@@ -118,7 +77,7 @@ def test_bad_rows_of_a_box_file_are_rejected_and_the_rest_is_packed(
 
 
 def test_nothing_moves_when_no_deadline_can_be_met_and_the_reason_is_told(
-    start_cell: Start,
+    start_cell: StartCell,
 ) -> None:
     cell = start_cell(
         '--count', '3', '--arm', 'timed', '--deadline', '0.5', '--stall-timeout', '15'
@@ -132,7 +91,9 @@ def test_nothing_moves_when_no_deadline_can_be_met_and_the_reason_is_told(
     assert code in (0, 4), cell.text()
 
 
-def test_two_cells_at_once_do_not_disturb_each_other(start_cell: Start, other_domain: int) -> None:
+def test_two_cells_at_once_do_not_disturb_each_other(
+    start_cell: StartCell, other_domain: int
+) -> None:
     first = start_cell('--count', '20', *TIMED)
     second = start_cell('--count', '15', *TIMED, domain=other_domain)
     assert first.wait() == 0, first.text()
@@ -141,7 +102,7 @@ def test_two_cells_at_once_do_not_disturb_each_other(start_cell: Start, other_do
     assert_every_box_in_one_place(second, 15)
 
 
-def test_a_second_cell_in_the_same_domain_is_refused(start_cell: Start) -> None:
+def test_a_second_cell_in_the_same_domain_is_refused(start_cell: StartCell) -> None:
     first = start_cell('--count', '0', '--arm', 'timed', '--speed', '1')
     first.wait_for_placements(1)
     second = start_cell('--count', '5', *TIMED)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import domain_coordinator
 import pytest
 
 
@@ -20,32 +19,40 @@ def arm():
 
 
 @pytest.fixture
-def ros_domain(monkeypatch):
-    """Reserve a ROS_DOMAIN_ID that no other test on this host is using."""
-    with domain_coordinator.domain_id() as number:
-        monkeypatch.setenv('ROS_DOMAIN_ID', str(number))
-        monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-        yield number
+def make_core_bench():
+    """Make the core of an executor without ROS; all are ended after the test."""
+    from core_bench import CoreBench
+
+    made = []
+
+    def make(**arguments):
+        made.append(CoreBench(**arguments))
+        return made[-1]
+
+    yield make
+    for bench in made:
+        bench.end()
 
 
 @pytest.fixture
 def spinners(ros_domain):
     """One context for the executor and one for who talks to it, as in the cell."""
-    from executor_bench import Spinner
+    from pack_msgs_py.ros.testing import Spinner
 
     made = [Spinner(), Spinner()]
     yield made
-    for one in made:
-        one.close()
+    for spinner in made:
+        spinner.close()
 
 
 @pytest.fixture
 def make_bench(spinners):
-    from executor_bench import Bench
+    from executor_bench import ExecutorBench
 
     def run():
-        bench = Bench(spinners[1].context)
-        spinners[1].add(bench.node)
+        bench = ExecutorBench(spinners[1].context)
+        # Like an action server, a client outlives its node unless told.
+        spinners[1].add(bench.node, bench.client.destroy)
         return bench
 
     return run
@@ -70,7 +77,7 @@ def start(spinners, make_bench):
             context=spinners[0].context,
             parameter_overrides=[Parameter(key, value=value) for key, value in values.items()],
         )
-        spinners[0].add(node)
+        spinners[0].add(node, node.stop_motion)
         bench = make_bench()
         bench.executor_node = node
         return bench.ready()

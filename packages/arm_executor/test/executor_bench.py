@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import subprocess
 import sys
@@ -14,7 +13,6 @@ from action_msgs.msg import GoalStatusArray
 from diagnostic_msgs.msg import DiagnosticArray
 from executor_cases import make_scan, pick_of
 from rclpy.action import ActionClient
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.qos import qos_profile_action_status_default
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
@@ -34,41 +32,6 @@ from pack_msgs_py.ros import conversions, qos
 TIMEOUT_S = 15.0
 
 
-class Spinner:
-    """A private context whose nodes are spun in a thread until it is closed."""
-
-    def __init__(self):
-        self.context = rclpy.Context()
-        rclpy.init(context=self.context)
-        self.executor = SingleThreadedExecutor(context=self.context)
-        self._nodes = []
-        self._thread = threading.Thread(target=self._spin, daemon=True)
-
-    def add(self, node):
-        self._nodes.append(node)
-        self.executor.add_node(node)
-        if not self._thread.is_alive():
-            self._thread.start()
-        return node
-
-    def close(self):
-        self.executor.shutdown()
-        if self._thread.is_alive():
-            self._thread.join(TIMEOUT_S)
-        for node in self._nodes:
-            if hasattr(node, 'stop_motion'):
-                node.stop_motion()
-            if hasattr(node, 'bench_client'):
-                # Like an action server, it outlives its node unless told.
-                node.bench_client.destroy()
-            node.destroy_node()
-        rclpy.try_shutdown(context=self.context)
-
-    def _spin(self):
-        with contextlib.suppress(ExternalShutdownException):
-            self.executor.spin()
-
-
 TOPICS = {
     'box_event': BoxEvent,
     'bin_state': BinStateArray,
@@ -78,7 +41,7 @@ TOPICS = {
 }
 
 
-class Bench:
+class ExecutorBench:
     """Talks to one executor; keeps everything it hears, in the order in which it came."""
 
     def __init__(self, context):
@@ -92,7 +55,6 @@ class Bench:
         self._listen('place_box/_action/status', GoalStatusArray, qos_profile_action_status_default)
         self._scan = self.node.create_publisher(BoxScan, 'box_scan', qos.TOPICS['box_scan'])
         self.client = ActionClient(self.node, PlaceBox, 'place_box')
-        self.node.bench_client = self.client
         self._services = {
             'swap_bin': self.node.create_client(SwapBin, 'swap_bin'),
             'cut_off': self.node.create_client(CutOff, 'cut_off'),
@@ -223,7 +185,7 @@ BoxEventName = {
 }
 
 
-class Process:
+class ExecutorProcess:
     """``python -m arm_executor.ros.node`` with these parameters."""
 
     def __init__(self, folder, **parameters):

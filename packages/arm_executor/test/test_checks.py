@@ -8,7 +8,6 @@ from types import SimpleNamespace
 
 import pytest
 from executor_cases import CELL, LDC, make_box, make_decision, make_goal, make_scan
-from test_core import make_bench
 
 from arm_executor.arms.timed import TimedArm
 from arm_executor.bins.book import BookState
@@ -21,8 +20,6 @@ from pack_msgs_py.codes import ErrorCode, Mode, Phase
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.geometry.resting import resting_pose, with_measured
 from pack_msgs_py.values import Bin
-
-__all__ = ['make_bench']
 
 FIRST, SECOND, THIRD = make_box(1), make_box(2), make_box(3)
 NEVER = make_box('never')
@@ -81,8 +78,8 @@ def place_second(bench):
     return bench.of(Finished)[1].report
 
 
-def test_while_a_box_is_carried_candidates_are_judged_by_the_bins_to_come(make_bench):
-    bench = carrying(make_bench(arm=Counting()))
+def test_while_a_box_is_carried_candidates_are_judged_by_the_bins_to_come(make_core_bench):
+    bench = carrying(make_core_bench(arm=Counting()))
     begun = time.monotonic()
     answers = check(
         bench,
@@ -102,8 +99,8 @@ def test_while_a_box_is_carried_candidates_are_judged_by_the_bins_to_come(make_b
     assert 2.0 < answers[0].motion_s < 10.0
 
 
-def test_before_the_motion_has_begun_nobody_knows_what_will_be(make_bench):
-    bench = make_bench(arm=Counting())
+def test_before_the_motion_has_begun_nobody_knows_what_will_be(make_core_bench):
+    bench = make_core_bench(arm=Counting())
     bench.core.on_scan(make_scan(FIRST, SECOND, stamp_s=time.time()))
     bench.core.submit(make_goal(make_decision(FIRST), deadline_s=time.time() + 60))
     bench.wait(lambda: any(one.phase is Phase.WAITING for one in bench.of(Progress)))
@@ -111,8 +108,8 @@ def test_before_the_motion_has_begun_nobody_knows_what_will_be(make_bench):
     assert answer.code is ErrorCode.BUSY
 
 
-def test_the_plan_made_ahead_serves_the_goal(make_bench):
-    bench = carrying(make_bench(arm=Counting()))
+def test_the_plan_made_ahead_serves_the_goal(make_core_bench):
+    bench = carrying(make_core_bench(arm=Counting()))
     check(bench, beside(SECOND))
     finish(bench)
     report = place_second(bench)
@@ -122,16 +119,16 @@ def test_the_plan_made_ahead_serves_the_goal(make_bench):
 
 
 @pytest.mark.parametrize(('lies_mm', 'anew'), [(1.9, False), (2.1, True)])
-def test_a_plan_made_for_boxes_that_stand_elsewhere_is_made_anew(make_bench, lies_mm, anew):
-    bench = carrying(make_bench(arm=Counting(lies_mm=lies_mm)))
+def test_a_plan_made_for_boxes_that_stand_elsewhere_is_made_anew(make_core_bench, lies_mm, anew):
+    bench = carrying(make_core_bench(arm=Counting(lies_mm=lies_mm)))
     check(bench, beside(SECOND))
     finish(bench)
     place_second(bench)
     assert bench.arm.asked[2:] == [(SECOND.id, False)] * anew
 
 
-def test_a_plan_that_starts_where_a_stopped_motion_would_have_ended_is_made_anew(make_bench):
-    bench = carrying(make_bench(arm=Counting()))
+def test_a_plan_that_starts_where_a_stopped_motion_would_have_ended_is_made_anew(make_core_bench):
+    bench = carrying(make_core_bench(arm=Counting()))
     check(bench, beside(SECOND))
     bench.core.cancel(bytes([1] * 16))
     bench.wait(lambda: bench.of(Finished))
@@ -144,8 +141,8 @@ def test_a_plan_that_starts_where_a_stopped_motion_would_have_ended_is_made_anew
     assert bench.arm.asked[2:] == [(SECOND.id, False)]
 
 
-def test_the_first_that_will_do_is_the_last_that_is_looked_at(make_bench):
-    bench = make_bench(arm=Counting())
+def test_the_first_that_will_do_is_the_last_that_is_looked_at(make_core_bench):
+    bench = make_core_bench(arm=Counting())
     bench.core.on_scan(make_scan(SECOND, THIRD, NEVER, stamp_s=time.time()))
     candidates = [beside(one, revision=1) for one in (NEVER, SECOND, THIRD)]
     codes = [one.code for one in check(bench, *candidates, enough_s=10.0)]
@@ -156,8 +153,8 @@ def test_the_first_that_will_do_is_the_last_that_is_looked_at(make_bench):
     assert [one for one, _ in bench.arm.asked] == [NEVER.id, SECOND.id, THIRD.id], 'asked once each'
 
 
-def test_candidates_for_a_bin_that_was_just_swapped_find_it_empty(make_bench):
-    bench = make_bench(arm=Counting())
+def test_candidates_for_a_bin_that_was_just_swapped_find_it_empty(make_core_bench):
+    bench = make_core_bench(arm=Counting())
     bench.place(FIRST)
     bench.core.on_scan(make_scan(SECOND, stamp_s=time.time()))
     new = bench.core.swap('LDC-1', 2)

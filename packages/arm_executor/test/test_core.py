@@ -2,111 +2,39 @@
 
 from __future__ import annotations
 
-import math
-import threading
 import time
 
 import pytest
-from executor_cases import CELL, LDC, make_box, make_decision, make_goal, make_scan
+from core_bench import CoreBench
+from executor_cases import make_box, make_decision, make_goal, make_scan
 
 from arm_executor.arms.timed import FAULT_SHIFT_M, TimedArm
-from arm_executor.bins.book import BinBook, BookError
-from arm_executor.bins.journal import Journal
-from arm_executor.bins.records import configuration
-from arm_executor.goals.core import ExecutorCore
+from arm_executor.bins.book import BookError
 from arm_executor.goals.outputs import BinsChanged, Failed, Finished, Happened, Replied
-from arm_executor.parameters import ExecutorSettings, Tolerance
 from pack_msgs_py.codes import ErrorCode, Mode
-
-TIMEOUT_S = 10.0
-
-
-class Bench:
-    """A core, and everything it says."""
-
-    def __init__(self, *, faults=None, arm=None, folder='', start=True, profile=CELL, **settings):
-        self._news = threading.Condition()
-        self.said = []
-        self.arm = arm or TimedArm(speed=0.0, faults=faults)
-        self.journal = Journal(folder, configuration(LDC, CELL))
-        self.book = BinBook(self.journal, LDC, 2, time.time)
-        self.core = ExecutorCore(
-            self.book,
-            ExecutorSettings(profile, Tolerance(0.005, math.radians(1.0)), **settings),
-            lambda: self.arm,
-            self._hear,
-        )
-        if start:
-            self.core.start()
-            self.wait(lambda: self.core.status().mode is Mode.IDLE)
-
-    def _hear(self, output):
-        with self._news:
-            self.said.append(output)
-            self._news.notify_all()
-
-    def wait(self, condition):
-        with self._news:
-            assert self._news.wait_for(condition, TIMEOUT_S), self.said
-
-    def of(self, kind):
-        return [one for one in list(self.said) if isinstance(one, kind)]
-
-    def place(self, box, corner_mm=(0, 0, 0), *, revision=1, travel_s=None, in_s=60.0):
-        """Present ``box`` and place it; the report."""
-        count = len(self.of(Finished))
-        self.core.on_scan(make_scan(box, stamp_s=time.time(), presented=box.id))
-        decision = make_decision(box, corner_mm, revision=revision)
-        self.core.submit(make_goal(decision, deadline_s=time.time() + in_s))
-        self.wait(lambda: len(self.of(Finished)) > count)
-        return self.of(Finished)[-1].report
-
-    def events(self, box):
-        return [one.event.event.name for one in self.of(Happened) if one.event.box_id == box.id]
-
-    def boxes(self):
-        return [placed.box.id for placed in self.book.state.bins[0].boxes]
-
-    def end(self):
-        assert self.core.end(TIMEOUT_S)
-        self.journal.close()
-
-
-@pytest.fixture
-def make_bench():
-    made = []
-
-    def make(**arguments):
-        made.append(Bench(**arguments))
-        return made[-1]
-
-    yield make
-    for one in made:
-        one.end()
-
 
 BOX = make_box()
 
 
-def test_a_failed_grasp_leaves_the_box_on_the_belt(make_bench):
-    bench = make_bench(faults={BOX.id: ErrorCode.GRASP_FAILED})
+def test_a_failed_grasp_leaves_the_box_on_the_belt(make_core_bench):
+    bench = make_core_bench(faults={BOX.id: ErrorCode.GRASP_FAILED})
     report = bench.place(BOX)
     assert (report.code, bench.events(BOX), bench.boxes()) == (ErrorCode.GRASP_FAILED, [], [])
     assert bench.core.status().mode is Mode.IDLE
     assert report.motion_s > 0
 
 
-def test_a_violated_path_brings_the_box_back_to_the_belt(make_bench):
-    bench = make_bench(faults={BOX.id: ErrorCode.PATH_TOLERANCE_VIOLATED})
+def test_a_violated_path_brings_the_box_back_to_the_belt(make_core_bench):
+    bench = make_core_bench(faults={BOX.id: ErrorCode.PATH_TOLERANCE_VIOLATED})
     report = bench.place(BOX)
     assert report.code is ErrorCode.PATH_TOLERANCE_VIOLATED
     assert bench.events(BOX) == ['PICKED', 'RETURNED']
     assert bench.boxes() == []
 
 
-def test_a_lost_box_is_told_and_its_bin_is_measured_again(make_bench):
+def test_a_lost_box_is_told_and_its_bin_is_measured_again(make_core_bench):
     other = make_box(2)
-    bench = make_bench(faults={BOX.id: ErrorCode.BOX_LOST})
+    bench = make_core_bench(faults={BOX.id: ErrorCode.BOX_LOST})
     bench.place(other)
     before = bench.book.state
     report = bench.place(BOX, (300, 0, 0), revision=2)
@@ -117,8 +45,8 @@ def test_a_lost_box_is_told_and_its_bin_is_measured_again(make_bench):
     assert bench.of(BinsChanged)[-1].state == bench.book.state
 
 
-def test_a_box_out_of_place_is_in_the_bin_where_it_was_measured(make_bench):
-    bench = make_bench(faults={BOX.id: ErrorCode.PLACED_OUT_OF_TOLERANCE})
+def test_a_box_out_of_place_is_in_the_bin_where_it_was_measured(make_core_bench):
+    bench = make_core_bench(faults={BOX.id: ErrorCode.PLACED_OUT_OF_TOLERANCE})
     report = bench.place(BOX)
     assert report.code is ErrorCode.PLACED_OUT_OF_TOLERANCE
     assert '20.0 mm' in report.message
@@ -127,9 +55,9 @@ def test_a_box_out_of_place_is_in_the_bin_where_it_was_measured(make_bench):
     assert bench.book.state.bins[0].boxes[0].measured_mm[0] == pytest.approx(170.0)
 
 
-def test_a_disturbed_neighbour_is_written_down_where_it_is(make_bench):
+def test_a_disturbed_neighbour_is_written_down_where_it_is(make_core_bench):
     other = make_box(2)
-    bench = make_bench(faults={BOX.id: ErrorCode.OTHERS_DISTURBED})
+    bench = make_core_bench(faults={BOX.id: ErrorCode.OTHERS_DISTURBED})
     bench.place(other)
     report = bench.place(BOX, (300, 0, 0), revision=2)
     assert (report.code, report.others_moved_m) == (ErrorCode.OTHERS_DISTURBED, FAULT_SHIFT_M)
@@ -137,22 +65,22 @@ def test_a_disturbed_neighbour_is_written_down_where_it_is(make_bench):
     assert bench.book.state.bins[0].boxes[0].measured_mm[0] == pytest.approx(170.0)
 
 
-def test_a_late_box_is_in_the_bin_and_reported_late(make_bench):
-    bench = make_bench(faults={BOX.id: ErrorCode.DEADLINE_MISSED})
+def test_a_late_box_is_in_the_bin_and_reported_late(make_core_bench):
+    bench = make_core_bench(faults={BOX.id: ErrorCode.DEADLINE_MISSED})
     report = bench.place(BOX, in_s=5.5)
     assert (report.code, bench.boxes()) == (ErrorCode.DEADLINE_MISSED, [BOX.id])
     assert report.slack_s < -50
     assert report.slack_s == pytest.approx(5.5 - report.cycle_s, abs=1.0)
 
 
-def test_a_deadline_that_is_not_enforced_is_reported_only(make_bench):
-    bench = make_bench(enforce_deadline=False)
+def test_a_deadline_that_is_not_enforced_is_reported_only(make_core_bench):
+    bench = make_core_bench(enforce_deadline=False)
     report = bench.place(BOX, in_s=1.0)
     assert (report.code, bench.boxes()) == (ErrorCode.DEADLINE_MISSED, [BOX.id])
 
 
-def test_a_box_presented_elsewhere_is_not_grasped(make_bench):
-    bench = make_bench()
+def test_a_box_presented_elsewhere_is_not_grasped(make_core_bench):
+    bench = make_core_bench()
     scan = make_scan(make_box(2), BOX, stamp_s=time.time(), presented='box-2')
     held = scan.boxes[1]
     moved = type(held)(held.box, held.pose, pick_open_s=time.time())
@@ -165,8 +93,8 @@ def test_a_box_presented_elsewhere_is_not_grasped(make_bench):
     assert bench.events(BOX) == []
 
 
-def test_wait_time_is_what_the_belt_still_needed_after_the_last_pick(make_bench):
-    bench = make_bench()
+def test_wait_time_is_what_the_belt_still_needed_after_the_last_pick(make_core_bench):
+    bench = make_core_bench()
     first = bench.place(make_box(2))
     assert first.wait_s == 0.0
     scan = make_scan(BOX, stamp_s=time.time(), presented=BOX.id)
@@ -180,13 +108,13 @@ def test_wait_time_is_what_the_belt_still_needed_after_the_last_pick(make_bench)
     assert report.cycle_s == pytest.approx(report.planning_s + report.motion_s)
 
 
-def test_an_arm_that_fails_leaves_the_box_in_doubt_until_the_restart(tmp_path, make_bench):
+def test_an_arm_that_fails_leaves_the_box_in_doubt_until_the_restart(tmp_path, make_core_bench):
     class Failing(TimedArm):
         def return_to_belt(self):
             raise RuntimeError('no power')
 
     arm = Failing(speed=0.0, faults={BOX.id: ErrorCode.PATH_TOLERANCE_VIOLATED})
-    bench = Bench(arm=arm, folder=tmp_path)
+    bench = CoreBench(arm=arm, folder=tmp_path)
     report = bench.place(BOX)
     assert report.code is ErrorCode.UNKNOWN
     assert 'no power' in report.message
@@ -195,18 +123,18 @@ def test_an_arm_that_fails_leaves_the_box_in_doubt_until_the_restart(tmp_path, m
     assert (status.mode, 'restart' in status.message) == (Mode.FAULT, True)
     assert bench.place(make_box(2)).code is ErrorCode.NOT_ACTIVE
     bench.end()
-    again = make_bench(folder=tmp_path)
+    again = make_core_bench(folder=tmp_path)
     assert again.events(BOX) == ['PICKED', 'UNKNOWN', 'RETURNED']
     assert again.place(BOX).code is ErrorCode.NONE
 
 
-def test_a_journal_that_cannot_be_written_stops_the_arm(make_bench):
+def test_a_journal_that_cannot_be_written_stops_the_arm(make_core_bench):
     class Breaking(TimedArm):
         def plan(self, request, after=None):
             bench.journal._db.execute('PRAGMA query_only = ON')
             return super().plan(request)
 
-    bench = make_bench(arm=Breaking(speed=0.0))
+    bench = make_core_bench(arm=Breaking(speed=0.0))
     report = bench.place(BOX)
     assert report.code is ErrorCode.UNKNOWN
     assert 'cannot write journal' in report.message
@@ -214,8 +142,8 @@ def test_a_journal_that_cannot_be_written_stops_the_arm(make_bench):
     assert bench.core.status().mode is Mode.FAULT
 
 
-def test_a_swap_that_cannot_be_written_is_refused(make_bench):
-    bench = make_bench()
+def test_a_swap_that_cannot_be_written_is_refused(make_core_bench):
+    bench = make_core_bench()
     bench.journal._db.execute('PRAGMA query_only = ON')
     with pytest.raises(BookError, match='cannot write journal'):
         bench.core.swap('LDC-1', 0)
@@ -223,15 +151,15 @@ def test_a_swap_that_cannot_be_written_is_refused(make_bench):
     assert [one.id for one in bench.book.state.bins] == ['LDC-1', 'LDC-2']
 
 
-def test_a_box_that_cannot_be_returned_needs_a_person(make_bench):
-    class Stuck(TimedArm):
+def test_a_box_that_cannot_be_returned_needs_a_person(make_core_bench):
+    class KeepingArm(TimedArm):
         stuck = True
 
         def return_to_belt(self):
             return not self.stuck and super().return_to_belt()
 
-    arm = Stuck(speed=0.0, faults={BOX.id: ErrorCode.PATH_TOLERANCE_VIOLATED})
-    bench = make_bench(arm=arm)
+    arm = KeepingArm(speed=0.0, faults={BOX.id: ErrorCode.PATH_TOLERANCE_VIOLATED})
+    bench = make_core_bench(arm=arm)
     assert bench.place(BOX).code is ErrorCode.PROTECTIVE_STOP
     status = bench.core.status()
     assert (status.mode, status.active_box) == (Mode.PROTECTIVE_STOP, BOX.id)
@@ -250,7 +178,7 @@ def test_an_arm_that_cannot_be_built_is_told():
     def no_arm():
         raise ImportError('no PyBullet here')
 
-    bench = Bench(start=False)
+    bench = CoreBench(start=False)
     bench.core._make_arm = no_arm
     bench.core.start()
     bench.wait(lambda: bench.of(Failed))
@@ -258,7 +186,7 @@ def test_an_arm_that_cannot_be_built_is_told():
     bench.end()
 
 
-def test_a_measured_pose_may_be_lower_than_planned_by_what_was_rounded_up(make_bench):
+def test_a_measured_pose_may_be_lower_than_planned_by_what_was_rounded_up(make_core_bench):
     """Planned heights are rounded up; a stack of many such boxes is lower than planned."""
 
     class Sinking(TimedArm):
@@ -278,30 +206,32 @@ def test_a_measured_pose_may_be_lower_than_planned_by_what_was_rounded_up(make_b
                 result.split_s,
             )
 
-    bench = make_bench(arm=Sinking(speed=0.0))
+    bench = make_core_bench(arm=Sinking(speed=0.0))
     for layer in range(5):
         box = make_box(layer, (296.0, 196.0, 150.4))
         report = bench.place(box, (0, 0, 151 * layer), revision=layer + 1)
         assert (report.code, report.message) == (ErrorCode.NONE, '')
 
 
-def test_events_and_bins_are_repeated_after_a_restart(tmp_path, make_bench):
-    bench = Bench(folder=tmp_path)
+def test_events_and_bins_are_repeated_after_a_restart(tmp_path, make_core_bench):
+    bench = CoreBench(folder=tmp_path)
     bench.place(BOX)
     told = [one.event for one in bench.of(Happened)]
     bench.end()
-    again = make_bench(folder=tmp_path)
+    again = make_core_bench(folder=tmp_path)
     assert [one.event for one in again.of(Happened)] == told
     assert again.boxes() == [BOX.id]
     assert again.book.state.revision > bench.book.state.revision
 
 
-def test_ending_in_motion_leaves_the_arm_still_and_the_box_to_the_next_start(tmp_path, make_bench):
-    bench = Bench(arm=TimedArm(speed=1.0), folder=tmp_path)
+def test_ending_in_motion_leaves_the_arm_still_and_the_box_to_the_next_start(
+    tmp_path, make_core_bench
+):
+    bench = CoreBench(arm=TimedArm(speed=1.0), folder=tmp_path)
     bench.core.on_scan(make_scan(BOX, stamp_s=time.time(), presented=BOX.id))
     bench.core.submit(make_goal(make_decision(BOX)))
     bench.wait(lambda: bench.events(BOX) == ['PICKED'])
     bench.end()
     assert bench.of(Finished) == []
-    again = make_bench(folder=tmp_path)
+    again = make_core_bench(folder=tmp_path)
     assert again.events(BOX) == ['PICKED', 'RETURNED']

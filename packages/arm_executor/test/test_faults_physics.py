@@ -14,8 +14,8 @@ import pytest
 pytest.importorskip('pybullet')
 pytest.importorskip('toppra')
 
+from core_bench import CoreBench
 from executor_cases import CELL, LAYOUT, LDC, make_box, make_decision, make_goal, make_scan, pick_of
-from test_core import Bench
 
 from arm_executor.arms.physics.arm import PhysicsArm
 from arm_executor.goals.outputs import Finished, Progress, Replied
@@ -31,7 +31,7 @@ FRAME = bin_frame(LAYOUT, 'A', LDC)
 STILL = 0.01
 
 
-class PhysicsBench(Bench):
+class PhysicsBench(CoreBench):
     """A core with the arm that really moves; ``when`` is done, once, as a phase begins."""
 
     def __init__(self, arm=None, **options):

@@ -28,7 +28,7 @@ BOX = (0.4, 0.3, 0.25)
 AWAY = np.array([9.0, 0.0, 0.0])
 
 
-class Oracle:
+class CoalDistances:
     """Least distances by `coal`, on the shapes of the URDF that it reads itself."""
 
     def __init__(self, blocks):
@@ -75,7 +75,7 @@ def worlds():
     world = PlanningWorld(ARM, LAYOUT)
     for block in blocks:
         world.set_block(block)
-    yield world, Oracle(blocks)
+    yield world, CoalDistances(blocks)
     world.close()
 
 

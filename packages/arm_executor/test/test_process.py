@@ -5,23 +5,24 @@ from __future__ import annotations
 import signal
 
 import pytest
-from executor_bench import Bench, Process, Spinner
+from executor_bench import ExecutorBench, ExecutorProcess
 from executor_cases import make_box, make_decision
 
 from pack_msgs.action import PlaceBox
 from pack_msgs.msg import ExecutorState
 from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.ros.testing import Spinner
 
 pytestmark = pytest.mark.ros
 
 
 @pytest.fixture
 def bench(ros_domain):
-    spinner = Spinner()
-    made = Bench(spinner.context)
-    spinner.add(made.node)
-    yield made
-    spinner.close()
+    with Spinner() as spinner:
+        made = ExecutorBench(spinner.context)
+        # Like an action server, a client outlives its node unless told.
+        spinner.add(made.node, made.client.destroy)
+        yield made
 
 
 @pytest.fixture
@@ -30,7 +31,7 @@ def launch(ros_domain, tmp_path):
 
     def start(**parameters):
         values = {'arm': 'timed', 'speed': 3.0, 'state_dir': tmp_path / 'state', **parameters}
-        processes.append(Process(tmp_path, **values))
+        processes.append(ExecutorProcess(tmp_path, **values))
         return processes[-1]
 
     yield start

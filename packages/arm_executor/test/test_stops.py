@@ -7,13 +7,10 @@ import time
 
 import pytest
 from executor_cases import make_box, make_decision, make_goal, make_scan
-from test_core import make_bench
 
 from arm_executor.arms.timed import TimedArm
 from arm_executor.goals.outputs import Finished, Progress, Replied
 from pack_msgs_py.codes import ErrorCode, Mode, Phase
-
-__all__ = ['make_bench']
 
 BOX = make_box()
 
@@ -49,8 +46,8 @@ def reset(bench):
         (Phase.LOWERING, ['PICKED']),
     ],
 )
-def test_a_protective_stop_holds_the_box_until_the_reset(make_bench, phase, events):
-    bench = make_bench(arm=TimedArm(speed=1.0))
+def test_a_protective_stop_holds_the_box_until_the_reset(make_core_bench, phase, events):
+    bench = make_core_bench(arm=TimedArm(speed=1.0))
     begin(bench, presented='' if phase is Phase.WAITING else BOX.id)
     wait_phase(bench, phase)
     bench.core.protective_stop('a person came in')
@@ -66,8 +63,10 @@ def test_a_protective_stop_holds_the_box_until_the_reset(make_bench, phase, even
     assert bench.core.status().mode is Mode.IDLE
 
 
-def test_a_protective_stop_after_the_release_lets_the_box_be_placed_and_then_stands(make_bench):
-    bench = make_bench(arm=TimedArm(speed=1.0))
+def test_a_protective_stop_after_the_release_lets_the_box_be_placed_and_then_stands(
+    make_core_bench,
+):
+    bench = make_core_bench(arm=TimedArm(speed=1.0))
     begin(bench)
     wait_phase(bench, Phase.RETREATING)
     bench.core.protective_stop('a person came in')
@@ -77,8 +76,8 @@ def test_a_protective_stop_after_the_release_lets_the_box_be_placed_and_then_sta
     assert reset(bench)[0]
 
 
-def test_a_protective_stop_of_an_idle_arm_refuses_goals_until_the_reset(make_bench):
-    bench = make_bench()
+def test_a_protective_stop_of_an_idle_arm_refuses_goals_until_the_reset(make_core_bench):
+    bench = make_core_bench()
     bench.core.protective_stop('a person came in')
     assert bench.core.status().mode is Mode.PROTECTIVE_STOP
     assert bench.place(BOX).code is ErrorCode.NOT_ACTIVE
@@ -86,8 +85,8 @@ def test_a_protective_stop_of_an_idle_arm_refuses_goals_until_the_reset(make_ben
     assert bench.place(BOX).code is ErrorCode.NONE
 
 
-def test_pause_finishes_what_runs_and_refuses_what_comes(make_bench):
-    bench = make_bench(arm=TimedArm(speed=5.0))
+def test_pause_finishes_what_runs_and_refuses_what_comes(make_core_bench):
+    bench = make_core_bench(arm=TimedArm(speed=5.0))
     begin(bench)
     wait_phase(bench, Phase.TRANSFERRING)
     bench.core.pause(True)
@@ -123,8 +122,8 @@ def tick_until(bench, condition):
         time.sleep(0.01)
 
 
-def test_a_motion_without_progress_is_stopped_and_the_box_brought_back(make_bench):
-    bench = make_bench(arm=Stuck(), watchdog_s=0.2)
+def test_a_motion_without_progress_is_stopped_and_the_box_brought_back(make_core_bench):
+    bench = make_core_bench(arm=Stuck(), watchdog_s=0.2)
     begin(bench)
     tick_until(bench, lambda: bench.of(Finished))
     report = bench.of(Finished)[0].report
@@ -134,10 +133,10 @@ def test_a_motion_without_progress_is_stopped_and_the_box_brought_back(make_benc
     assert bench.core.status().last_fault.startswith('MOTION_OVERDUE')
 
 
-def test_an_arm_that_does_not_stop_is_a_fault_and_its_box_in_doubt(make_bench, monkeypatch):
+def test_an_arm_that_does_not_stop_is_a_fault_and_its_box_in_doubt(make_core_bench, monkeypatch):
     monkeypatch.setattr('arm_executor.goals.core.HUNG_S', 0.2)
     arm = Stuck(deaf=True)
-    bench = make_bench(arm=arm, watchdog_s=0.2)
+    bench = make_core_bench(arm=arm, watchdog_s=0.2)
     begin(bench)
     tick_until(bench, lambda: bench.of(Finished))
     assert bench.of(Finished)[0].report.code is ErrorCode.UNKNOWN
@@ -148,8 +147,8 @@ def test_an_arm_that_does_not_stop_is_a_fault_and_its_box_in_doubt(make_bench, m
     assert len(bench.of(Finished)) == 1
 
 
-def test_an_arm_at_rest_may_be_quiet(make_bench):
-    bench = make_bench(watchdog_s=0.05)
+def test_an_arm_at_rest_may_be_quiet(make_core_bench):
+    bench = make_core_bench(watchdog_s=0.05)
     assert bench.place(BOX).code is ErrorCode.NONE
     time.sleep(0.1)
     bench.core.tick()

@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip('pybullet')
 pytest.importorskip('toppra')
 
-from executor_bench import TIMEOUT_S, Bench, Process
+from executor_bench import TIMEOUT_S, ExecutorBench, ExecutorProcess
 from executor_cases import make_box, make_decision
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
@@ -41,9 +41,9 @@ def start(spinners):
             context=spinners[0].context,
             parameter_overrides=[Parameter(key, value=value) for key, value in values.items()],
         )
-        spinners[0].add(node)
-        bench = Bench(spinners[1].context)
-        spinners[1].add(bench.node)
+        spinners[0].add(node, node.stop_motion)
+        bench = ExecutorBench(spinners[1].context)
+        spinners[1].add(bench.node, bench.client.destroy)
         bench.executor_node = node
         return bench.ready()
 
@@ -186,7 +186,7 @@ def test_layout_that_cannot_work_ends_the_start_with_code_2_and_the_reason(
     (tmp_path / 'near.yaml').write_text('stations: {near_y: 0.1}')
     if 'layout' in values:
         values = {'layout': str(tmp_path / values['layout'])}
-    process = Process(tmp_path, **values)
+    process = ExecutorProcess(tmp_path, **values)
     try:
         assert process.wait() == 2
     finally:

@@ -1,66 +1,24 @@
-"""A domain of its own for each test that starts nodes, and a listener that waits without sleep."""
+"""A listener to the conveyor that waits without sleep."""
 
 from __future__ import annotations
 
-import contextlib
 import threading
 
-import domain_coordinator
 import pytest
 import rclpy
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 
 from pack_msgs.msg import BinState, BinStateArray, BoxEvent, BoxScan, Placement
 from pack_msgs_py.ros.conversions import scan_from_ros
 from pack_msgs_py.ros.qos import TOPICS
+from pack_msgs_py.ros.testing import Spinner
 
 TIMEOUT_S = 10.0
 
 
 @pytest.fixture
-def ros_domain(monkeypatch):
-    """Reserve a ROS_DOMAIN_ID that no other test on this host is using."""
-    with domain_coordinator.domain_id() as number:
-        monkeypatch.setenv('ROS_DOMAIN_ID', str(number))
-        monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-        yield number
-
-
-class Spinner:
-    """A private context whose nodes are spun in a thread until it is closed."""
-
-    def __init__(self):
-        self.context = rclpy.Context()
-        rclpy.init(context=self.context)
-        self.executor = SingleThreadedExecutor(context=self.context)
-        self._nodes = []
-        self._thread = threading.Thread(target=self._spin, daemon=True)
-
-    def add(self, node):
-        self._nodes.append(node)
-        self.executor.add_node(node)
-        if not self._thread.is_alive():
-            self._thread.start()
-        return node
-
-    def close(self):
-        self.executor.shutdown()
-        if self._thread.is_alive():
-            self._thread.join(TIMEOUT_S)
-        for node in self._nodes:
-            node.destroy_node()
-        rclpy.try_shutdown(context=self.context)
-
-    def _spin(self):
-        with contextlib.suppress(ExternalShutdownException):
-            self.executor.spin()
-
-
-@pytest.fixture
 def spinner(ros_domain):
-    made = Spinner()
-    yield made
-    made.close()
+    with Spinner() as made:
+        yield made
 
 
 class Observer:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from conveyor_cell import EPOCH, SIZE, Cell, bad_row
+from conveyor_rig import EPOCH, SIZE, ConveyorRig, bad_row
 
 from conveyor_sim.ledger.ledger import Whereabouts
 from pack_msgs_py.codes import BoxEventKind as Kind
@@ -12,7 +12,7 @@ from pack_msgs_py.values import Box
 
 
 def test_the_box_that_the_arm_waits_for_comes_without_its_decision():
-    cell = Cell()
+    cell = ConveyorRig()
     assert not cell.conveyor.on_handled('b0', *cell.clock()).changed
     assert cell.conveyor.on_handled('b2', *cell.clock()).changed
     assert not cell.conveyor.on_handled('b2', *cell.clock()).changed
@@ -25,7 +25,7 @@ def test_the_box_that_the_arm_waits_for_comes_without_its_decision():
 
 
 def test_the_first_scan_shows_the_look_ahead_in_the_order_of_the_stream():
-    cell = Cell()
+    cell = ConveyorRig()
     scan = cell.scan()
     assert [item.box.id for item in scan.boxes] == ['b0', 'b1', 'b2', 'b3', 'b4']
     assert (scan.supplied, scan.remaining, scan.frame_id) == (5, 5, 'cell')
@@ -34,7 +34,7 @@ def test_the_first_scan_shows_the_look_ahead_in_the_order_of_the_stream():
 
 
 def test_a_decision_brings_its_box_and_the_scan_says_since_when_it_is_there():
-    cell = Cell()
+    cell = ConveyorRig()
     cell.wait()
     assert cell.decide('b3').changed
     assert cell.scan().belt_velocity[1] == -1.5
@@ -48,7 +48,7 @@ def test_a_decision_brings_its_box_and_the_scan_says_since_when_it_is_there():
 
 
 def test_a_pick_is_refilled_at_the_place_of_the_picked_box():
-    cell = Cell()
+    cell = ConveyorRig()
     cell.decide('b3')
     cell.wait()
     assert cell.event('b3', Kind.PICKED).changed
@@ -59,7 +59,7 @@ def test_a_pick_is_refilled_at_the_place_of_the_picked_box():
 
 
 def test_the_next_box_comes_while_the_arm_carries_the_last():
-    cell = Cell()
+    cell = ConveyorRig()
     cell.event('b0', Kind.PICKED)
     cell.decide('b2')
     cell.wait()
@@ -69,7 +69,7 @@ def test_the_next_box_comes_while_the_arm_carries_the_last():
 
 
 def test_a_decision_of_a_new_planner_counts_although_it_starts_at_one():
-    cell = Cell()
+    cell = ConveyorRig()
     cell.decide('b1', sequence=70)
     cell.wait()
     cell.decide('b2', sequence=1)
@@ -78,7 +78,7 @@ def test_a_decision_of_a_new_planner_counts_although_it_starts_at_one():
 
 
 def test_an_old_copy_of_a_decision_moves_nothing():
-    cell = Cell()
+    cell = ConveyorRig()
     cell.decide('b1', sequence=1)
     cell.wait()
     cell.decide('b2', sequence=2)
@@ -89,7 +89,7 @@ def test_an_old_copy_of_a_decision_moves_nothing():
 
 
 def test_a_rejected_box_is_diverted_with_its_reason_and_replaced():
-    cell = Cell()
+    cell = ConveyorRig()
     outcome = cell.decide('b2', reject=True)
     (event,) = outcome.events
     assert (event.box_id, event.event, event.reason) == ('b2', Kind.REJECTED, Reason.OVERSIZE)
@@ -101,7 +101,7 @@ def test_a_rejected_box_is_diverted_with_its_reason_and_replaced():
 
 
 def test_a_returned_box_comes_back_to_the_pick_point_and_the_look_ahead_stays():
-    cell = Cell()
+    cell = ConveyorRig()
     cell.event('b0', Kind.PICKED)
     assert cell.ids()[0] == 'b5'
     cell.decide('b2')
@@ -117,7 +117,7 @@ def test_a_returned_box_comes_back_to_the_pick_point_and_the_look_ahead_stays():
 
 
 def test_laps_stay_with_a_box_that_makes_room_and_comes_again():
-    cell = Cell()
+    cell = ConveyorRig()
     for box_id in ('b0', 'b1', 'b2'):
         cell.decide(box_id)
         cell.wait()
@@ -132,7 +132,7 @@ def test_laps_stay_with_a_box_that_makes_room_and_comes_again():
 
 
 def test_a_late_copy_of_picked_does_not_remove_a_returned_box():
-    cell = Cell()
+    cell = ConveyorRig()
     picked = cell.now
     cell.event('b0', Kind.PICKED)
     cell.wait()
@@ -145,7 +145,7 @@ def test_a_late_copy_of_picked_does_not_remove_a_returned_box():
 
 
 def test_returned_before_its_picked_was_heard_keeps_the_box():
-    cell = Cell()
+    cell = ConveyorRig()
     cell.wait()
     cell.event('b0', Kind.RETURNED)
     cell.event('b0', Kind.PICKED, stamp=100.0)
@@ -153,7 +153,7 @@ def test_returned_before_its_picked_was_heard_keeps_the_box():
 
 
 def test_a_box_in_a_bin_is_gone_and_one_that_is_to_come_is_not_fed():
-    cell = Cell()
+    cell = ConveyorRig()
     outcome = cell.conveyor.on_content(['b1', 'b6'], EPOCH + 1.0, *cell.clock())
     assert outcome.changed
     assert 'b1' not in cell.ids()
@@ -167,7 +167,7 @@ def test_a_box_in_a_bin_is_gone_and_one_that_is_to_come_is_not_fed():
 
 
 def test_foreign_boxes_are_complained_about_and_change_nothing():
-    cell = Cell()
+    cell = ConveyorRig()
     assert 'zz' in cell.event('zz', Kind.PICKED).complaints[0]
     assert 'zz' in cell.decide('zz').complaints[0]
     assert len(cell.ids()) == 5
@@ -175,7 +175,7 @@ def test_foreign_boxes_are_complained_about_and_change_nothing():
 
 def test_bad_rows_and_boxes_too_big_for_the_belt_count_as_supplied_and_rejected():
     entries = [bad_row('x'), Box('a', SIZE), Box('wide', (700, 200, 100)), Box('b', SIZE)]
-    cell = Cell([*entries, bad_row('y')])
+    cell = ConveyorRig([*entries, bad_row('y')])
     assert [event.box_id for event in cell.started.events] == ['x', 'wide', 'y']
     reasons = [event.reason for event in cell.started.events]
     assert reasons == [Reason.INVALID_DATA, Reason.OVERSIZE, Reason.INVALID_DATA]
@@ -186,7 +186,7 @@ def test_bad_rows_and_boxes_too_big_for_the_belt_count_as_supplied_and_rejected(
 
 
 def test_the_stream_ends_when_nothing_remains_and_the_belt_is_empty():
-    cell = Cell([Box('a', SIZE), Box('b', SIZE)])
+    cell = ConveyorRig([Box('a', SIZE), Box('b', SIZE)])
     assert not cell.conveyor.ended
     cell.event('a', Kind.PICKED)
     cell.event('b', Kind.LOST)
@@ -199,7 +199,7 @@ def test_the_stream_ends_when_nothing_remains_and_the_belt_is_empty():
 
 
 def test_a_pause_stops_feeding_and_moving_but_not_listening():
-    cell = Cell()
+    cell = ConveyorRig()
     cell.conveyor.pause(True, *cell.clock())
     cell.event('b0', Kind.PICKED)
     cell.decide('b3')
@@ -215,7 +215,7 @@ def test_a_pause_stops_feeding_and_moving_but_not_listening():
 
 
 def test_a_restart_goes_on_with_the_same_boxes_in_the_same_order(tmp_path):
-    cell = Cell(folder=tmp_path)
+    cell = ConveyorRig(folder=tmp_path)
     cell.decide('b3')
     cell.wait()
     cell.event('b3', Kind.PICKED)
@@ -224,7 +224,7 @@ def test_a_restart_goes_on_with_the_same_boxes_in_the_same_order(tmp_path):
     cell.wait()
     before = cell.scan()
     cell.ledger.close()
-    again = Cell(folder=tmp_path)
+    again = ConveyorRig(folder=tmp_path)
     after = again.scan()
     again.wait()
     assert [item.box.id for item in again.scan().boxes] == [item.box.id for item in before.boxes]
@@ -236,21 +236,21 @@ def test_a_restart_goes_on_with_the_same_boxes_in_the_same_order(tmp_path):
 
 
 def test_a_late_event_after_a_restart_is_known_to_be_late(tmp_path):
-    cell = Cell(folder=tmp_path)
+    cell = ConveyorRig(folder=tmp_path)
     cell.event('b0', Kind.PICKED, stamp=100.0)
     cell.event('b0', Kind.RETURNED, stamp=101.0)
     cell.ledger.close()
-    again = Cell(folder=tmp_path)
+    again = ConveyorRig(folder=tmp_path)
     again.event('b0', Kind.PICKED, stamp=100.0)
     assert 'b0' in again.ids()
 
 
 @pytest.mark.parametrize('slots', [1, 3, 6])
 def test_a_restart_with_another_look_ahead_keeps_every_box(tmp_path, slots):
-    cell = Cell(folder=tmp_path)
+    cell = ConveyorRig(folder=tmp_path)
     cell.decide('b3')
     cell.ledger.close()
-    again = Cell(folder=tmp_path, slots=slots)
+    again = ConveyorRig(folder=tmp_path, slots=slots)
     assert again.ids() == [f'b{n}' for n in range(slots)]
     assert again.scan().supplied == max(5, slots)
     assert sum(again.ledger.counts().values()) == max(5, slots)

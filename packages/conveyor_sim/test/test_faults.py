@@ -4,7 +4,7 @@ from collections import Counter
 from dataclasses import replace
 
 import pytest
-from conveyor_cell import EPOCH, SIZE, Cell
+from conveyor_rig import EPOCH, SIZE, ConveyorRig
 
 from conveyor_sim.ledger.ledger import Whereabouts
 from conveyor_sim.scanning import faults as known
@@ -27,7 +27,7 @@ def cell_with(fault, at, *, folder='', entries=TEN, **parameters):
     else:
         pytest.fail('no seed does that')
 
-    return Cell(entries, folder=folder, faults=f'{fault.name}=0.1', seed=seed, **parameters)
+    return ConveyorRig(entries, folder=folder, faults=f'{fault.name}=0.1', seed=seed, **parameters)
 
 
 def record(cell, box_id):
@@ -183,7 +183,7 @@ def test_a_wrong_size_is_told_once_and_the_second_scan_is_right():
 
 
 def test_a_box_that_the_arm_brings_back_for_another_reason_is_not_scanned_again():
-    cell = Cell(TEN)
+    cell = ConveyorRig(TEN)
     cell.event('b0', BoxEventKind.PICKED)
     returned(cell, 'b0', Reason.FAULT)
     assert (record(cell, 'b0').place, record(cell, 'b0').scans) == (Whereabouts.ON_BELT, 1)
@@ -276,7 +276,7 @@ def test_a_box_that_the_arm_can_take_does_not_fall():
 
 
 def test_what_the_arm_took_just_before_it_was_rejected_is_where_the_arm_put_it():
-    cell = Cell(TEN)
+    cell = ConveyorRig(TEN)
     cell.decide('b0', reject=True)
     cell.event('b0', BoxEventKind.PICKED, stamp=cell.now - 1.0)  # of an earlier journey
     assert record(cell, 'b0').place is Whereabouts.REJECTED
@@ -287,7 +287,7 @@ def test_what_the_arm_took_just_before_it_was_rejected_is_where_the_arm_put_it()
 def test_with_everything_going_wrong_every_box_ends_in_one_place():
     rows = [*(Box(f'b{n}', SIZE, 2.0) for n in range(300))]
     rows[17] = RejectedRow('bad', 'f.csv', 3, 'width_mm', 'x', Reason.INVALID_DATA, 'bad')
-    cell = Cell(rows, faults='all=0.1', seed=3, size_sigma=2.0, weight_sigma=0.02)
+    cell = ConveyorRig(rows, faults='all=0.1', seed=3, size_sigma=2.0, weight_sigma=0.02)
     places = pack(cell, 2000)
     assert sum(places.values()) == 300
     assert set(places) == {Whereabouts.PLACED, Whereabouts.REJECTED}
@@ -302,13 +302,13 @@ def test_with_everything_going_wrong_every_box_ends_in_one_place():
 
 
 def test_other_faults_are_another_ledger(tmp_path):
-    Cell(TEN, folder=tmp_path).ledger.close()
+    ConveyorRig(TEN, folder=tmp_path).ledger.close()
     with pytest.raises(Exception, match='another stream'):
-        Cell(TEN, folder=tmp_path, faults='all=0.01')
+        ConveyorRig(TEN, folder=tmp_path, faults='all=0.01')
 
 
 def test_boxes_inserted_by_hand_have_no_faults():
-    cell = Cell(TEN, faults='fallen=1')
+    cell = ConveyorRig(TEN, faults='fallen=1')
     box = replace(TEN[0], id='by hand')
     cell.conveyor.insert_box(box, *cell.clock())
     assert not cell.conveyor._book.falls(record(cell, 'by hand'))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 
-from conveyor_cell import SIZE, Cell, bad_row
+from conveyor_rig import SIZE, ConveyorRig, bad_row
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
@@ -31,7 +31,7 @@ class NothingIsLost(RuleBasedStateMachine):
             bad_row(f'b{n}') if n % 7 == 3 else Box(f'b{n}', SIZE) for n in range(max(1, count - 5))
         ]
         self.slots, self.count, self.entries = slots, count, tuple(entries)
-        self.cell = Cell(
+        self.cell = ConveyorRig(
             self.entries,
             slots=slots,
             count=count,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from conveyor_cell import SIZE, Cell
+from conveyor_rig import SIZE, ConveyorRig
 
 from conveyor_sim.ledger.ledger import Whereabouts
 from pack_msgs_py.codes import BoxEventKind as Kind
@@ -18,7 +18,7 @@ def pick(cell, box_id):
 
 
 def test_an_inserted_box_waits_and_comes_before_the_next_of_the_stream():
-    cell = Cell()
+    cell = ConveyorRig()
     outcome = cell.conveyor.insert_box(Box('mine', SIZE, 2.5), *cell.clock())
     assert outcome.changed
     assert 'mine' not in cell.ids()
@@ -33,21 +33,21 @@ def test_an_inserted_box_waits_and_comes_before_the_next_of_the_stream():
 
 @pytest.mark.parametrize('name', ['b0', 'b9', 'mine'])
 def test_an_id_that_is_or_will_be_there_is_not_inserted(name):
-    cell = Cell()
+    cell = ConveyorRig()
     cell.conveyor.insert_box(Box('mine', SIZE), *cell.clock())
     with pytest.raises(ValueError, match=name):
         cell.conveyor.insert_box(Box(name, SIZE), *cell.clock())
 
 
 def test_a_box_that_cannot_ride_is_not_inserted():
-    cell = Cell()
+    cell = ConveyorRig()
     with pytest.raises(ValueError, match='700 mm'):
         cell.conveyor.insert_box(Box('wide', (700.0, 200.0, 100.0)), *cell.clock())
     assert sum(cell.conveyor.counts.values()) == 5
 
 
 def test_a_removed_box_is_rejected_for_the_operator_and_replaced():
-    cell = Cell()
+    cell = ConveyorRig()
     outcome = cell.conveyor.remove_box('b2', *cell.clock())
     (event,) = outcome.events
     assert (event.box_id, event.event, event.reason) == ('b2', Kind.REJECTED, Reason.OPERATOR)
@@ -57,7 +57,7 @@ def test_a_removed_box_is_rejected_for_the_operator_and_replaced():
 
 @pytest.mark.parametrize('name', ['b9', 'zz', 'b0', 'b1', 'b3'])
 def test_a_box_that_is_elsewhere_or_spoken_for_is_not_removed(name):
-    cell = Cell()
+    cell = ConveyorRig()
     pick(cell, 'b0')
     cell.decide('b1')
     cell.conveyor.on_handled('b3', *cell.clock())
@@ -68,7 +68,7 @@ def test_a_box_that_is_elsewhere_or_spoken_for_is_not_removed(name):
 
 
 def test_draining_feeds_no_more_until_it_is_lifted():
-    cell = Cell()
+    cell = ConveyorRig()
     cell.conveyor.drain(True, *cell.clock())
     for name in ('b0', 'b1', 'b2', 'b3', 'b4'):
         pick(cell, name)
@@ -78,7 +78,7 @@ def test_draining_feeds_no_more_until_it_is_lifted():
 
 
 def test_a_pause_a_drain_and_an_inserted_box_hold_over_a_restart():
-    cell = Cell()
+    cell = ConveyorRig()
     cell.conveyor.insert_box(Box('mine', SIZE, 2.5, max_top_load_n=0.0), *cell.clock())
     cell.conveyor.drain(True, *cell.clock())
     cell.conveyor.pause(True, *cell.clock())
@@ -93,7 +93,7 @@ def test_a_pause_a_drain_and_an_inserted_box_hold_over_a_restart():
 
 
 def test_a_box_that_was_passed_over_too_often_goes_to_the_reject_lane():
-    cell = Cell(max_laps=3)
+    cell = ConveyorRig(max_laps=3)
     events = []
     for name in ('b0', 'b1', 'b2', 'b5'):
         events += pick(cell, name).events
@@ -105,7 +105,7 @@ def test_a_box_that_was_passed_over_too_often_goes_to_the_reject_lane():
 
 
 def test_the_box_that_is_to_be_picked_next_is_not_rejected_for_its_laps():
-    cell = Cell(max_laps=1, belt_mode='continuous', pick_window=4.0)
+    cell = ConveyorRig(max_laps=1, belt_mode='continuous', pick_window=4.0)
     cell.step(3.0)
     cell.decide('b0')
     cell.step(60.0)
@@ -115,7 +115,7 @@ def test_the_box_that_is_to_be_picked_next_is_not_rejected_for_its_laps():
 
 
 def test_boxes_come_when_they_arrive_and_the_scan_shows_what_there_is():
-    cell = Cell(arrivals='bursts:2,30')
+    cell = ConveyorRig(arrivals='bursts:2,30')
     assert cell.ids() == ['b0', 'b1']
     assert cell.conveyor.next_change_s(cell.now) == pytest.approx(130.0)
     cell.step(29.0)
@@ -130,7 +130,7 @@ def test_boxes_come_when_they_arrive_and_the_scan_shows_what_there_is():
 
 
 def test_at_speed_0_arrivals_follow_the_time_of_the_arm_and_an_empty_belt_does_not_wait():
-    cell = Cell(arrivals='bursts:1,10', speed=0.0)
+    cell = ConveyorRig(arrivals='bursts:1,10', speed=0.0)
     assert cell.ids() == ['b0']
     cell.step(100.0)
     assert cell.ids() == ['b0']
@@ -142,7 +142,7 @@ def test_at_speed_0_arrivals_follow_the_time_of_the_arm_and_an_empty_belt_does_n
 
 
 def test_a_restart_goes_on_with_the_arrivals_where_they_were():
-    whole, parted = (Cell(arrivals='poisson:600', seed=5) for _ in range(2))
+    whole, parted = (ConveyorRig(arrivals='poisson:600', seed=5) for _ in range(2))
     seen = []
     for cell in (whole, parted):
         supplied = []
@@ -158,7 +158,7 @@ def test_a_restart_goes_on_with_the_arrivals_where_they_were():
 
 
 def test_a_jam_stops_the_belt_and_the_feeding_and_passes_by_itself():
-    cell = Cell(jams='at:1+10')
+    cell = ConveyorRig(jams='at:1+10')
     cell.wait(0.9)
     cell.decide('b3')
     cell.wait(5.0)
@@ -174,7 +174,7 @@ def test_a_jam_stops_the_belt_and_the_feeding_and_passes_by_itself():
 
 
 def test_on_a_running_belt_a_pick_after_the_window_is_taken_as_it_is_and_counted():
-    cell = Cell(belt_mode='continuous', pick_window=1.0)
+    cell = ConveyorRig(belt_mode='continuous', pick_window=1.0)
     cell.step(3.0)
     cell.decide('b0')
     while cell.conveyor.statistics.missed_windows == 0:
@@ -186,7 +186,7 @@ def test_on_a_running_belt_a_pick_after_the_window_is_taken_as_it_is_and_counted
 
 
 def test_laps_and_order_of_a_running_belt_survive_a_kill_at_any_moment():
-    cell = Cell(belt_mode='continuous')
+    cell = ConveyorRig(belt_mode='continuous')
     cell.step(7.3)
     for _ in range(20):
         cell.step(0.7)

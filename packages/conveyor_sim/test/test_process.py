@@ -13,7 +13,7 @@ import pytest
 pytestmark = pytest.mark.ros
 
 
-class Process:
+class ConveyorProcess:
     def __init__(self, *parameters):
         arguments = [part for one in parameters for part in ('-p', one)]
         command = [sys.executable, '-m', 'conveyor_sim.ros.node', '--ros-args', *arguments]
@@ -33,7 +33,7 @@ def process():
     running = []
 
     def start(*parameters):
-        running.append(Process(*parameters))
+        running.append(ConveyorProcess(*parameters))
         return running[-1]
 
     yield start

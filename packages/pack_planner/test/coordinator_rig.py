@@ -27,7 +27,7 @@ EMPTY = Bin('bin-1', 1, SMALL)
 OK = ErrorCode.NONE
 
 
-class Cell:
+class CoordinatorRig:
     """A coordinator whose every output is written down, and whose inputs are set by hand."""
 
     def __init__(self, look_ahead=2, patience=None, **asking):

@@ -47,7 +47,7 @@ def tiny_problem(engine: Engine, seed: int, count: int, **changes: object) -> Pr
 
 
 @dataclass
-class Oracle:
+class EveryOrder:
     """The least joint objective by trying out orders of increasing height and every position."""
 
     engine: Engine

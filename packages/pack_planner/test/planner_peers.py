@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import gc
 import threading
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 
-import rclpy
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
 from pack_msgs.action import PlaceBox
@@ -35,6 +32,7 @@ from pack_msgs_py.ros.conversions import (
     report_to_ros,
     scan_to_ros,
 )
+from pack_msgs_py.ros.testing import Spinner
 from pack_msgs_py.values import Bin
 from pack_planner.decision.planner import expected_bins
 
@@ -222,34 +220,5 @@ class Peers(Node):
 @contextmanager
 def spinning(node, context):
     """Spin ``node`` in a thread of its own."""
-    executor = SingleThreadedExecutor(context=context)
-    executor.add_node(node)
-
-    def spin():
-        with suppress(ExternalShutdownException):
-            executor.spin()
-
-    thread = threading.Thread(target=spin, daemon=True)
-    thread.start()
-    try:
-        yield node
-    finally:
-        executor.shutdown()
-        thread.join(TIMEOUT_S)
-        node.destroy_node()
-
-
-@contextmanager
-def private_context(domain):
-    """A ROS context of its own, free of nodes that an earlier test has done with.
-
-    Nodes lie in reference cycles, and one that is freed late takes along the ``/rosout`` publisher
-    of a new node of the same name: nothing that is logged is published any more.
-    """
-    gc.collect()
-    context = rclpy.Context()
-    rclpy.init(context=context, domain_id=domain)
-    try:
-        yield context
-    finally:
-        rclpy.try_shutdown(context=context)
+    with Spinner(context) as spinner:
+        yield spinner.add(node)

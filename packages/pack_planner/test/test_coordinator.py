@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from coordinator_rig import EMPTY, Cell
+from coordinator_rig import EMPTY, CoordinatorRig
 
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode
 from pack_planner.coordination.patience import Patience
@@ -14,7 +14,7 @@ from pack_planner.decision.planner import expected_bins
 
 @pytest.fixture
 def rig():
-    return Cell()
+    return CoordinatorRig()
 
 
 @pytest.mark.parametrize('order', ['sbh', 'shb', 'bsh', 'bhs', 'hsb', 'hbs'])
@@ -57,7 +57,7 @@ def test_its_patience_begins_when_there_is_something_to_wait_with(rig):
 
 
 def test_with_enough_on_the_belt_it_does_not_wait_for_the_rest():
-    rig = Cell(look_ahead=5, patience=Patience(5, least=2, seconds=60.0))
+    rig = CoordinatorRig(look_ahead=5, patience=Patience(5, least=2, seconds=60.0))
     rig.bins()
     rig.beat()
     rig.scan(['a'])

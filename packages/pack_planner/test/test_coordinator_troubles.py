@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from coordinator_rig import EMPTY, Cell, box
+from coordinator_rig import EMPTY, CoordinatorRig, box
 from planner_cases import SMALL
 
 from pack_msgs_py.cell_values import Decision, Report
@@ -25,7 +25,7 @@ from pack_planner.decision.refusals import TRIES_IN_EMPTY_BIN
 
 @pytest.fixture
 def rig():
-    return Cell()
+    return CoordinatorRig()
 
 
 def test_a_box_is_tried_again_when_the_event_that_it_came_back_arrives_last(rig):

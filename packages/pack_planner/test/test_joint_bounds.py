@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from joint_cases import Oracle, tiny_problem
+from joint_cases import EveryOrder, tiny_problem
 from planner_cases import Engines, coarse
 
 from pack_msgs_py.values import Bin, BinSpec, Box, PlacedBox
@@ -81,7 +81,7 @@ def test_the_narrowed_model_finds_what_every_order_and_position_allows(name, cep
     if result.candidates is not None:
         assert joint_violations(result.candidates, problem.bins, problem.engine) == []
     bound = result.objective - 1e-6
-    assert Oracle(problem.engine, cep).least(problem.boxes, problem.bins, bound) == bound
+    assert EveryOrder(problem.engine, cep).least(problem.boxes, problem.bins, bound) == bound
 
 
 @pytest.mark.parametrize('weights', [(1, 1, 100), (3, 1, 10), (0.3, 2.7, 1.1)])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from joint_cases import TINY, Oracle, tiny_problem
+from joint_cases import TINY, EveryOrder, tiny_problem
 from planner_cases import coarse, engine_of
 
 from pack_msgs_py.values import Bin, Box, PlacedBox
@@ -37,7 +37,7 @@ def test_with_contact_every_backend_finds_what_trying_everything_finds(seed, bac
         assert all_touch(result.candidates, problem.bins, engine_of(PAPER))
         assert joint_violations(result.candidates, problem.bins, engine_of(PAPER)) == []
     bound = result.objective - 1e-6
-    assert Oracle(engine_of(PAPER), cep=True).least(problem.boxes, problem.bins, bound) == bound
+    assert EveryOrder(engine_of(PAPER), cep=True).least(problem.boxes, problem.bins, bound) == bound
 
 
 @pytest.mark.parametrize('backend', ['search', 'cp_sat', 'milp'])

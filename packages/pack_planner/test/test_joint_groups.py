@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from joint_cases import Oracle, tiny_problem
+from joint_cases import EveryOrder, tiny_problem
 from planner_cases import Engines, coarse
 
 from pack_planner.algorithms.incumbent import best_incumbent, greedy
@@ -53,7 +53,7 @@ def assert_optimal(problem, result):
     assert not problem.cep or all_touch(result.candidates, problem.bins, problem.engine)
     assert sum(one.objective for one in result.candidates) == pytest.approx(result.objective)
     bound = result.objective - 1e-6
-    found = Oracle(problem.engine, problem.cep).least(problem.boxes, problem.bins, bound)
+    found = EveryOrder(problem.engine, problem.cep).least(problem.boxes, problem.bins, bound)
     assert found == bound
 
 

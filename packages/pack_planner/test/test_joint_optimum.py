@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from joint_cases import Oracle, tiny_problem
+from joint_cases import EveryOrder, tiny_problem
 from planner_cases import Engines, coarse, random_bin, random_box
 
 from pack_planner.algorithms import Problem
@@ -36,7 +36,7 @@ def assert_optimal(problem, result):
         total = sum(one.objective for one in result.candidates)
         assert total == pytest.approx(result.objective)
     bound = result.objective - 1e-6
-    assert Oracle(problem.engine).least(problem.boxes, problem.bins, bound) == bound
+    assert EveryOrder(problem.engine).least(problem.boxes, problem.bins, bound) == bound
 
 
 @pytest.mark.parametrize('name', ENGINES)

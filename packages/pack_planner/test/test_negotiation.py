@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from coordinator_rig import EMPTY, Cell, box
+from coordinator_rig import EMPTY, CoordinatorRig, box
 
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode
 from pack_planner.coordination.negotiation import HIDDEN_TIMEOUT_S, MARGIN_S
@@ -17,7 +17,7 @@ LEFT, RIGHT, BACK = (0, 0, 0), (200, 0, 0), (0, 200, 0)
 
 @pytest.fixture
 def rig():
-    cell = Cell(candidates=8, timeout_s=0.4, deadline_s=5.5)
+    cell = CoordinatorRig(candidates=8, timeout_s=0.4, deadline_s=5.5)
     cell.bins()
     cell.scan()
     cell.beat()
@@ -163,7 +163,7 @@ def test_answers_about_bins_that_did_not_come_about_are_dropped(moving):
 
 
 def test_without_candidates_the_arm_is_not_asked():
-    cell = Cell(candidates=0)
+    cell = CoordinatorRig(candidates=0)
     cell.start('a')
     assert cell.sent.candidates_checked == 0
     assert not hasattr(cell, 'asked')

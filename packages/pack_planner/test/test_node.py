@@ -12,17 +12,17 @@ import sys
 from contextlib import contextmanager
 from dataclasses import replace
 
-import domain_coordinator
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from planner_cases import SMALL, random_bin
-from planner_peers import TIMEOUT_S, Mailbox, Peers, private_context, spinning
+from planner_peers import TIMEOUT_S, Mailbox, Peers, spinning
 from rclpy.parameter import Parameter
 
 from pack_msgs.msg import Placement
 from pack_msgs_py.codes import ErrorCode, Mode, Reason
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.ros.conversions import decision_from_ros
+from pack_msgs_py.ros.testing import private_context
 from pack_msgs_py.validator import validate_bins
 from pack_msgs_py.values import Bin, Box
 from pack_planner.decision.refusals import TRIES_IN_EMPTY_BIN
@@ -33,12 +33,6 @@ pytestmark = pytest.mark.ros
 
 EMPTY = Bin('bin-1', 1, SMALL)
 CELL = PROFILES['cell']
-
-
-@pytest.fixture(scope='module')
-def domain():
-    with domain_coordinator.domain_id() as number:
-        yield number
 
 
 @pytest.fixture(scope='module', autouse=True)

@@ -5,16 +5,16 @@ from __future__ import annotations
 import math
 from contextlib import contextmanager
 
-import domain_coordinator
 import pytest
 from planner_cases import SMALL
-from planner_peers import TIMEOUT_S, Mailbox, Peers, private_context, spinning
+from planner_peers import TIMEOUT_S, Mailbox, Peers, spinning
 from rcl_interfaces.msg import Log
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.ros.conversions import decision_from_ros
+from pack_msgs_py.ros.testing import private_context
 from pack_msgs_py.validator import validate_bins
 from pack_msgs_py.values import Bin, Box
 from pack_planner.algorithms.warm_up import warm_up
@@ -24,12 +24,6 @@ pytestmark = pytest.mark.ros
 
 EMPTY = Bin('bin-1', 1, SMALL)
 CELL = PROFILES['cell']
-
-
-@pytest.fixture(scope='module')
-def domain():
-    with domain_coordinator.domain_id() as number:
-        yield number
 
 
 @pytest.fixture(scope='module', autouse=True)

@@ -3,19 +3,17 @@
 import os
 import signal
 import subprocess
-import threading
 from collections.abc import Iterator
 from pathlib import Path
 
-import domain_coordinator
 import pytest
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
+from pack_msgs_py.ros.testing import Spinner
 from ros2cli_standin.echo import is_published
 
 pytestmark = pytest.mark.ros
@@ -32,31 +30,17 @@ def _answer(request: SetBool.Request, response: SetBool.Response) -> SetBool.Res
     return response
 
 
-@pytest.fixture(scope='module')
-def domain() -> Iterator[int]:
-    with domain_coordinator.domain_id() as number:
-        yield number
-
-
 @pytest.fixture(scope='module', autouse=True)
 def node(domain: int) -> Iterator[Node]:
-    context = rclpy.Context()
-    rclpy.init(context=context, domain_id=domain)
-    node = rclpy.create_node('talker', namespace='/cell', context=context)
-    node.declare_parameter('rate', 10.0)
-    node.create_publisher(String, 'state', STATE).publish(String(data='once, before anyone came'))
-    chatter = node.create_publisher(String, 'chatter', 10)
-    node.create_timer(0.05, lambda: chatter.publish(String(data='hello')))
-    node.create_service(SetBool, 'switch', _answer)
-    executor = SingleThreadedExecutor(context=context)
-    executor.add_node(node)
-    thread = threading.Thread(target=executor.spin, daemon=True)
-    thread.start()
-    yield node
-    executor.shutdown()
-    thread.join(5)
-    node.destroy_node()
-    rclpy.try_shutdown(context=context)
+    with Spinner(domain=domain) as spinner:
+        node = rclpy.create_node('talker', namespace='/cell', context=spinner.context)
+        node.declare_parameter('rate', 10.0)
+        state = node.create_publisher(String, 'state', STATE)
+        state.publish(String(data='once, before anyone came'))
+        chatter = node.create_publisher(String, 'chatter', 10)
+        node.create_timer(0.05, lambda: chatter.publish(String(data='hello')))
+        node.create_service(SetBool, 'switch', _answer)
+        yield spinner.add(node)
 
 
 def ros2(domain: int, *arguments: str) -> subprocess.CompletedProcess[str]:

@@ -19,7 +19,7 @@ def bad_row(name):
     return RejectedRow(name, 'f.csv', 3, 'width_mm', 'x', Reason.INVALID_DATA, 'f.csv, line 3: x')
 
 
-class Cell:
+class ConveyorRig:
     """A conveyor with a clock and shorthands for what others tell it."""
 
     def __init__(self, entries=None, *, folder='', count=0, slots=5, **parameters):

@@ -1,0 +1,32 @@
+"""What all tests of the repository share: ROS domains that nothing else on this host is using."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+
+def free_domain(request: pytest.FixtureRequest) -> Iterator[int]:
+    """Reserve a ROS domain; the test must say that it starts nodes, so that it can be left out."""
+    import domain_coordinator
+
+    if not any(request.node.get_closest_marker(name) for name in ('ros', 'cell')):
+        pytest.fail(f'{request.node.nodeid} starts nodes: mark it ros or cell')
+    with domain_coordinator.domain_id() as number:
+        yield number
+
+
+@pytest.fixture(scope='module')
+def domain(request: pytest.FixtureRequest) -> Iterator[int]:
+    """A ROS domain for all tests of a file."""
+    yield from free_domain(request)
+
+
+@pytest.fixture
+def ros_domain(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
+    """A ROS domain for one test, also in the environment of what it starts."""
+    for number in free_domain(request):
+        monkeypatch.setenv('ROS_DOMAIN_ID', str(number))
+        monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+        yield number
