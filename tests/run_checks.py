@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from cell_process import CellProcess
 
-from pack_cell.report.summary import execution_profile
+from pack_cell.report.ended_run import execution_profile
 from pack_msgs_py.validator import validate_sequence
 from pack_msgs_py.values import Box, PlacedBox, parse_bin
 
