@@ -160,6 +160,10 @@ def parse_bin(text: str) -> BinSpec:
     return BinSpec(text.strip().lower(), (length, breadth, height))
 
 
+#: Where bins stand in the cell.
+STATIONS = ('A', 'B', 'C')
+
+
 def frame_name(station: str) -> str:
     """Name of the frame of the bin that stands at ``station``."""
     return f'bin_{station.lower()}'

@@ -16,9 +16,8 @@ from pack_msgs_py.cell_values import BoxEvent, Decision
 from pack_msgs_py.codes import BoxEventKind, Reason
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.geometry.resting import with_measured
-from pack_msgs_py.values import Bin, BinSpec, PlacedBox
+from pack_msgs_py.values import STATIONS, Bin, BinSpec, PlacedBox
 
-STATIONS = ('A', 'B', 'C')
 #: Depth of the event topics: that many events, and closed bins, are repeated after a restart.
 REPEATED = 100
 

@@ -14,9 +14,7 @@ from dataclasses import dataclass, field, fields
 
 from arm_executor.model.robot_data import find_robot
 from pack_msgs_py.geometry.pose import Pose, about_z, quaternion_product
-from pack_msgs_py.values import BinSpec, Vec3
-
-STATIONS = ('A', 'B', 'C')
+from pack_msgs_py.values import STATIONS, BinSpec, Vec3
 
 #: Bins without a front wall (y = 0), and bins without any wall.
 OPEN_FRONT = frozenset({'RC'})

@@ -26,7 +26,7 @@ from rclpy.task import Future
 from arm_executor.arms.kind import ArmSetup
 from arm_executor.arms.registry import find_arm
 from arm_executor.arms.true_boxes import Truth
-from arm_executor.bins.book import STATIONS, BinBook
+from arm_executor.bins.book import BinBook
 from arm_executor.bins.journal import Journal, JournalError
 from arm_executor.bins.records import configuration
 from arm_executor.goals.admission import Refusal
@@ -61,7 +61,7 @@ from pack_msgs_py.codes import ErrorCode, Mode
 from pack_msgs_py.ros import conversions, qos
 from pack_msgs_py.ros.declare_parameters import declare_parameters
 from pack_msgs_py.ros.run_node import run_node
-from pack_msgs_py.values import parse_bin
+from pack_msgs_py.values import STATIONS, parse_bin
 
 DIAGNOSTICS_PERIOD_S = 1.0
 #: The process must be gone 3 s after a signal; a motion that does not stop is left behind.

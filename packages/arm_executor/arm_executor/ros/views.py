@@ -21,7 +21,7 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
-from arm_executor.bins.book import STATIONS, BookState
+from arm_executor.bins.book import BookState
 from arm_executor.model.layout import Layout, bin_frame
 from arm_executor.model.robot_data import find_robot
 from arm_executor.model.tree import ROOT, Joint, cell_joints
@@ -31,7 +31,7 @@ from pack_msgs_py.cell_values import BoxEvent, Scan
 from pack_msgs_py.codes import BoxEventKind
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.ros import qos
-from pack_msgs_py.values import BinSpec, frame_name
+from pack_msgs_py.values import STATIONS, BinSpec, frame_name
 
 JOINTS_PERIOD_S, MARKERS_PERIOD_S = 0.05, 0.2
 #: An arm at rest says where it is every so many periods.

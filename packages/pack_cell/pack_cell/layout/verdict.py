@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from arm_executor.model.arm_interface import MotionError
-from arm_executor.model.layout import STATIONS, Layout, LayoutError, check_layout
+from arm_executor.model.layout import Layout, LayoutError, check_layout
 from arm_executor.reach.reach import check_reach
-from pack_msgs_py.values import BinSpec
+from pack_msgs_py.values import STATIONS, BinSpec
 
 if TYPE_CHECKING:
     from arm_executor.reach.reach_motion import StationReach

@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from arm_executor.arms.registry import find_arm
-from arm_executor.model.layout import STATIONS
 from arm_executor.reach.layout_file import find_layout, layout_for
 from conveyor_sim.streams import destination_names
 from pack_cell.options.declaration import declared_options
 from pack_cell.options.run_options import SCAN_SIGMA_DEG, SCAN_SIGMA_KG, RunOptions
+from pack_msgs_py.values import STATIONS
 from pack_planner.parameters import PlannerParameters
 
 

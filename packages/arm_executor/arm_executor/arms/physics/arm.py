@@ -36,7 +36,7 @@ from arm_executor.motion.planner import MotionPlanner
 from arm_executor.motion.timing import MotionLimits
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.geometry.tolerance import Tolerance
-from pack_msgs_py.values import Bin, BinSpec, Box
+from pack_msgs_py.values import STATIONS, Bin, BinSpec, Box
 
 
 class PhysicsArm:
@@ -79,7 +79,7 @@ class PhysicsArm:
         self._truth = truth or Truth()
         self.layout = layout or Layout()
         robot = find_robot(self.layout.robot)
-        check_layout(self.layout, {} if bin_spec is None else dict.fromkeys('ABC', bin_spec))
+        check_layout(self.layout, {} if bin_spec is None else dict.fromkeys(STATIONS, bin_spec))
         self.world = PhysicsWorld(robot, self.layout, speed)
         self.gripper = SuctionGripper(self.world, self.layout.tool)
         self.obstacles = PlanningWorld(robot, self.layout)
