@@ -28,7 +28,7 @@ from pathlib import Path
 from arm_executor.arms.physics.arm import PhysicsArm
 from arm_executor.arms.physics.render import Camera
 from arm_executor.model.arm_interface import MotionError, MotionHooks, MotionPlan, PlaceRequest
-from arm_executor.model.layout import NO_WALLS, OPEN_FRONT, bin_frame, pick_pose
+from arm_executor.model.layout import bin_frame, pick_pose
 from arm_executor.motion.planned import PlannedMotion
 from arm_executor.motion.stances import GRIP_S, RELEASE_S
 from arm_executor.reach.layout_file import load_layout
@@ -39,7 +39,7 @@ from pack_msgs_py.codes import ErrorCode, Phase
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.metrics import quantile
 from pack_msgs_py.profiles import find_profile
-from pack_msgs_py.values import Bin, Box, parse_bin
+from pack_msgs_py.values import Bin, Box, Walls, parse_bin
 from pack_planner.decision.planner import (
     CloseStep,
     DecisionState,
@@ -129,7 +129,7 @@ class Rig:
         x, y, z = frame.to_cell(Pose(centre)).position
         away = 2.0 * math.hypot(length, breadth, height)
         aside = away * (-0.35 if target.station == 'A' else 0.35)
-        back, up = (0.6, 0.75) if self.spec.name in (*OPEN_FRONT, *NO_WALLS) else (0.4, 0.85)
+        back, up = (0.6, 0.75) if self.spec.walls is not Walls.CLOSED else (0.4, 0.85)
         camera = Camera((x + aside, y - back * away, z + up * away), (x, y, z), 34.0)
         self.arm.render(self.options.picture / f'bin_{target.spec.name}.png', 480, 400, camera)
 

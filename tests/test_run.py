@@ -43,6 +43,17 @@ def test_bins_are_closed_and_swapped_and_the_rules_hold(
     assert summary['fill_first_failure'] is not None
 
 
+@pytest.mark.parametrize('bin_type', ['120x80x150:pallet', '110x75x160:cage'])
+def test_a_pallet_or_a_cage_of_any_size_is_packed(start_cell: StartCell, bin_type: str) -> None:
+    cell = start_cell('--count', '15', '--bin', bin_type, '--open-bins', '2', *TIMED)
+    assert cell.wait() == 0, cell.text()
+    assert_every_box_in_one_place(cell, 15)
+    assert_rules_hold(cell, bin_type)
+    summary = cell.summary()
+    assert (summary['bin'], summary['placed']) == (bin_type, 15)
+    assert {row['bin_type'] for row in cell.placements()} == {bin_type}
+
+
 def test_the_same_seed_gives_the_same_plan_with_an_exact_scanner(start_cell: StartCell) -> None:
     plans = []
     for _ in range(2):

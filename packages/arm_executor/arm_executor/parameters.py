@@ -11,6 +11,7 @@ from pack_msgs_py.geometry.tolerance import Tolerance
 from pack_msgs_py.orientation import ORIENTATION_RULES
 from pack_msgs_py.parameter_fields import parameter
 from pack_msgs_py.profiles import PROFILES, Profile
+from pack_msgs_py.values import BIN_KINDS
 
 
 @dataclass(frozen=True)
@@ -29,9 +30,7 @@ class ExecutorParameters:
         'File that says where everything stands, like `config/layout.yaml`; empty for the default.',
         read_only=True,
     )
-    bin_type: str = parameter(
-        'LDC', 'Kind of every bin: LDC, RC, PAL, EQ, SYN or LxBxH in centimetres.', read_only=True
-    )
+    bin_type: str = parameter('LDC', f'Kind of every bin: {BIN_KINDS}.', read_only=True)
     destinations: str = parameter(
         '',
         'Destinations that the bins serve at the start, separated by commas: the first station the '

@@ -217,6 +217,27 @@ def test_a_journal_of_another_bin_is_refused_and_kept(tmp_path):
     assert (tmp_path / 'executor.sqlite').read_bytes() == content
 
 
+@pytest.mark.parametrize('kind', ['RC', 'PAL', '120x80x150:pallet', '120x80x150:cage', 'RC:box'])
+def test_the_walls_of_a_bin_survive_a_restart(tmp_path, kind):
+    spec = parse_bin(kind)
+    config = configuration(spec, CELL)
+    book = BinBook(Journal(tmp_path, config), spec, 1, lambda: 100.0)
+    book.recover()
+    book.settled({})
+    book._journal.close()
+    journal = Journal(tmp_path, config)
+    assert [standing.spec for standing in journal.open_bins()] == [spec]
+    journal.close()
+
+
+def test_a_journal_of_a_bin_with_other_walls_is_refused(tmp_path):
+    Journal(tmp_path, configuration(parse_bin('120x80x150'), CELL)).close()
+    with pytest.raises(
+        JournalError, match=r"bin_type is '120x80x150' there and '120x80x150:cage' here"
+    ):
+        Journal(tmp_path, configuration(parse_bin('120x80x150:cage'), CELL))
+
+
 def test_a_journal_of_another_profile_is_refused(tmp_path):
     started(tmp_path)._journal.close()
     with pytest.raises(JournalError, match=r"profile.name is 'cell' there and 'paper' here"):

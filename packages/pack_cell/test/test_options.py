@@ -12,6 +12,7 @@ from pack_cell.running.node_commands import node_parameters
 WRONG = [
     (['--bin', 'LDX'], 'unknown bin'),
     (['--bin', '0x10x10'], 'out of range'),
+    (['--bin', '100x60x60:fence'], '100x60x60:box, 100x60x60:cage, 100x60x60:pallet'),
     (['--open-bins', '4'], '1, 2 or 3'),
     (['--look-ahead', '0'], '1 to 6'),
     (['--look-ahead', '7'], '1 to 6'),

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from enum import Enum
 
 Vec3 = tuple[float, float, float]
 Int3 = tuple[int, int, int]
@@ -20,15 +21,6 @@ MAX_STDDEV_MM = 1000.0
 #: Faces that may point up; a box's ``allowed_up`` is a bitwise OR of these.
 UP_POS_X, UP_NEG_X, UP_POS_Y, UP_NEG_Y, UP_POS_Z, UP_NEG_Z = 1, 2, 4, 8, 16, 32
 UP_ANY = 63
-
-#: Inner sizes L x B x H of the paper's bins, millimetres (Ojha et al., section IV).
-BIN_TYPES: dict[str, Int3] = {
-    'LDC': (1200, 800, 800),
-    'RC': (1200, 700, 1600),
-    'PAL': (2200, 1200, 800),
-    'EQ': (800, 800, 800),
-    'SYN': (800, 450, 450),
-}
 
 _BIN_SIZE_CM = re.compile(r'^(\d+(?:\.\d)?)x(\d+(?:\.\d)?)x(\d+(?:\.\d)?)$')
 
@@ -66,12 +58,21 @@ class Box:
         return self.size_mm[0] * self.size_mm[1] * self.size_mm[2]
 
 
+class Walls(str, Enum):
+    """What stands around a bin's floor; the value is how it is written after a kind of bin."""
+
+    CLOSED = 'box'
+    OPEN_FRONT = 'cage'
+    NONE = 'pallet'
+
+
 @dataclass(frozen=True)
 class BinSpec:
-    """A kind of bin: its name and inner size (L, B, H) in millimetres."""
+    """A kind of bin: its name, its inner size (L, B, H) in millimetres, and its walls."""
 
     name: str
     size_mm: Int3
+    walls: Walls = Walls.CLOSED
 
     @property
     def volume_mm3(self) -> int:
@@ -137,18 +138,53 @@ class Bin:
         return sum(p.box.weight_kg for p in self.boxes)
 
 
+#: The kinds of bin that have a name: those of Ojha et al., section IV. One line adds another.
+BIN_TYPES: dict[str, BinSpec] = {
+    spec.name: spec
+    for spec in (
+        BinSpec('LDC', (1200, 800, 800)),
+        BinSpec('RC', (1200, 700, 1600), Walls.OPEN_FRONT),
+        BinSpec('PAL', (2200, 1200, 800), Walls.NONE),
+        BinSpec('EQ', (800, 800, 800)),
+        BinSpec('SYN', (800, 450, 450)),
+    )
+}
+#: How a kind of bin is written, for help texts and tables.
+BIN_KINDS = (
+    f'{", ".join(BIN_TYPES)} or LxBxH in centimetres such as 100x60x60; '
+    ':box (closed), :cage (open front) or :pallet (no walls) may follow'
+)
+
+
 def parse_bin(text: str) -> BinSpec:
     """Turn ``'LDC'`` or ``'120x80x80'`` (L x B x H in centimetres) into a :class:`BinSpec`.
+
+    The walls may follow: ``'120x80x150:pallet'``, ``'120x80x150:cage'``, ``'RC:box'``. Without
+    them a bin has those of its kind, and ``LxBxH`` is a closed box; so the name leaves them out.
 
     Raises
     ------
     ValueError
-        The text is neither a known bin nor three sizes between 1 cm and 10 m.
+        The text is neither a known bin nor three sizes between 1 cm and 10 m, or the walls are not
+        known.
     """
-    name = text.strip().upper()
-    if name in BIN_TYPES:
-        return BinSpec(name, BIN_TYPES[name])
-    match = _BIN_SIZE_CM.match(text.strip().lower())
+    kind, colon, word = text.strip().partition(':')
+    plain = BIN_TYPES.get(kind.upper()) or _bin_of_size(kind, text)
+    if not colon:
+        return plain
+    try:
+        walls = Walls(word.strip().lower())
+    except ValueError:
+        known = ', '.join(f'{kind}:{one.value}' for one in Walls)
+        msg = f'bin {text!r} has unknown walls {word!r}: use one of {known}'
+        raise ValueError(msg) from None
+    if walls is plain.walls:
+        return plain
+    return replace(plain, name=f'{plain.name}:{walls.value}', walls=walls)
+
+
+def _bin_of_size(kind: str, text: str) -> BinSpec:
+    match = _BIN_SIZE_CM.match(kind.lower())
     known = ', '.join(BIN_TYPES)
     if match is None:
         msg = f'unknown bin {text!r}: use one of {known}, or LxBxH in centimetres such as 100x60x60'
@@ -157,7 +193,27 @@ def parse_bin(text: str) -> BinSpec:
     if not all(10 <= edge <= MAX_EDGE_MM for edge in (length, breadth, height)):
         msg = f'bin {text!r} is out of range: each edge must be between 1 and 1000 cm'
         raise ValueError(msg)
-    return BinSpec(text.strip().lower(), (length, breadth, height))
+    return BinSpec(kind.lower(), (length, breadth, height))
+
+
+def bin_called(name: str, size_mm: Int3) -> BinSpec:
+    """The kind of bin that a message or a journal calls ``name``, with the size it gives.
+
+    Its walls follow from the name as in :func:`parse_bin`; names of other people are closed boxes.
+
+    Raises
+    ------
+    ValueError
+        A kind that is known has another size.
+    """
+    kind, _, word = name.partition(':')
+    known = BIN_TYPES.get(kind)
+    if known is not None and known.size_mm != size_mm:
+        msg = f'{kind} is a bin of {known.size_mm} mm, not of {size_mm} mm'
+        raise ValueError(msg)
+    if word in {walls.value for walls in Walls}:
+        return BinSpec(name, size_mm, Walls(word))
+    return BinSpec(name, size_mm, Walls.CLOSED if known is None else known.walls)
 
 
 #: Where bins stand in the cell.

@@ -167,6 +167,13 @@ def test_a_bin_whose_size_contradicts_its_name_is_refused():
         conv.bin_from_ros(msg)
 
 
+@pytest.mark.parametrize('kind', ['RC', 'PAL', '120x80x150:pallet', '120x80x150:cage', 'EQ:cage'])
+def test_the_walls_of_a_bin_travel_with_the_name_of_its_kind(kind):
+    sent = Bin('b', 1, parse_bin(kind))
+    msg = conv.bin_to_ros(sent, {}, conv.time_to_ros(0.0), codes.BinStatus.OPEN)
+    assert conv.bin_from_ros(msg) == sent
+
+
 def test_an_empty_scan_message_is_an_empty_scan():
     assert conv.scan_from_ros(BoxScan())[0].boxes == ()
 

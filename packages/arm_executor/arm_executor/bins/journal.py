@@ -21,7 +21,7 @@ from pack_msgs_py.box_codec import placed_from_json, placed_to_json, pose_from_j
 from pack_msgs_py.cell_values import BoxEvent
 from pack_msgs_py.codes import BoxEventKind, Reason
 from pack_msgs_py.geometry.pose import Pose
-from pack_msgs_py.values import Bin, BinSpec
+from pack_msgs_py.values import Bin, bin_called
 
 FILE_NAME = 'executor.sqlite'
 SCHEMA_VERSION = 2
@@ -301,7 +301,7 @@ class Journal:
             Bin(
                 id=name,
                 serial=serial,
-                spec=BinSpec(kind, tuple(json.loads(size))),
+                spec=bin_called(kind, tuple(json.loads(size))),
                 boxes=tuple(one.in_bin for one in self.attempts_in(serial)),
                 station=station,
                 revision=revision,

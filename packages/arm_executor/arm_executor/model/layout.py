@@ -14,11 +14,7 @@ from dataclasses import dataclass, field, fields
 
 from arm_executor.model.robot_data import find_robot
 from pack_msgs_py.geometry.pose import Pose, about_z, quaternion_product
-from pack_msgs_py.values import STATIONS, BinSpec, Vec3
-
-#: Bins without a front wall (y = 0), and bins without any wall.
-OPEN_FRONT = frozenset({'RC'})
-NO_WALLS = frozenset({'PAL'})
+from pack_msgs_py.values import STATIONS, BinSpec, Vec3, Walls
 
 
 @dataclass(frozen=True)
@@ -181,7 +177,7 @@ def bin_frame(layout: Layout, station: str, spec: BinSpec) -> BinFrame:
     if left is None:
         msg = f'no station {station!r} in this cell: use one of {", ".join(STATIONS)}'
         raise LayoutError(msg)
-    from_behind = spec.name in OPEN_FRONT
+    from_behind = spec.walls is Walls.OPEN_FRONT
     away = place.near_y_open_front + breadth if from_behind else place.near_y
     side = -1 if station == 'C' else 1
     turned = from_behind == (side > 0)
@@ -202,12 +198,12 @@ def bin_blocks(layout: Layout, station: str, spec: BinSpec) -> tuple[Block, ...]
     ]
     at_origin = ((-wall, -wall, 0.0), (length + wall, 0.0, height))
     opposite = ((-wall, breadth, 0.0), (length + wall, breadth + wall, height))
-    if spec.name not in NO_WALLS:
+    if spec.walls is not Walls.NONE:
         parts += [
             ('left wall', (-wall, 0.0, 0.0), (0.0, breadth, height)),
             ('right wall', (length, 0.0, 0.0), (length + wall, breadth, height)),
         ]
-        if spec.name in OPEN_FRONT:
+        if spec.walls is Walls.OPEN_FRONT:
             parts.append(('back wall', *at_origin))
         else:
             parts += [('front wall', *at_origin), ('back wall', *opposite)]

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from arm_executor.model.arm_interface import MotionError, PlaceRequest
 from arm_executor.model.kinematics import BRANCHES, CellKinematics
-from arm_executor.model.layout import OPEN_FRONT, Layout
+from arm_executor.model.layout import Layout
 from arm_executor.model.suction import check_grip
 from arm_executor.motion.blend import blended
 from arm_executor.motion.collision import BOX_SKIN, PlanningWorld
@@ -39,7 +39,7 @@ from arm_executor.motion.template import PathStyle, find_way
 from arm_executor.motion.timing import Load, Timing
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.geometry.pose import Pose, metres, yaw_of
-from pack_msgs_py.values import Vec3
+from pack_msgs_py.values import Vec3, Walls
 
 Array = NDArray[np.float64]
 
@@ -96,7 +96,7 @@ class FrontPlanner:
         lying = turned_down(request)
         check_grip(self._layout.tool, lying.box, tilts=True)
         name = request.box.id
-        if site.spec.name in OPEN_FRONT:
+        if site.spec.walls is Walls.OPEN_FRONT:
             msg = f'box {name}: taken by its front it does not go through the front of a cage'
             raise MotionError(ErrorCode.NO_IK_SOLUTION, msg)
         # The tool may come by any quarter turn, so the half turn that a box may gain is no help.

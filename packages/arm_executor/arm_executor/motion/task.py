@@ -10,11 +10,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from arm_executor.model.arm_interface import MotionError, PlaceRequest
-from arm_executor.model.layout import NO_WALLS, OPEN_FRONT, BinFrame, Layout, bin_blocks
+from arm_executor.model.layout import BinFrame, Layout, bin_blocks
 from arm_executor.motion.swing import CLEAR
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.geometry.pose import Pose, metres, stands_upright, yaw_of
-from pack_msgs_py.values import BinSpec, Vec3
+from pack_msgs_py.values import BinSpec, Vec3, Walls
 
 #: The box is let go this far above what it stands on.
 DROP = 0.0005
@@ -112,10 +112,10 @@ def make_task(request: PlaceRequest, site: Site, layout: Layout) -> Task:
     floor = site.frame.origin[2]
     front = None
     rim = max([floor, *(box.high[2] for box in site.boxes)])
-    if site.spec.name in OPEN_FRONT:
+    if site.spec.walls is Walls.OPEN_FRONT:
         front = _front(site, layout)
         rim = floor
-    elif site.spec.name not in NO_WALLS:
+    elif site.spec.walls is not Walls.NONE:
         rim = max(rim, floor + site.spec.size_mm[2] / 1000)
     return Task(
         pick=_top(request.pick, size),

@@ -10,6 +10,7 @@ from conveyor_sim.streams import SYNTAX
 from pack_cell.options.parsers import NumberRange, whole
 from pack_msgs_py.orientation import ORIENTATION_RULES
 from pack_msgs_py.profiles import PROFILES
+from pack_msgs_py.values import BIN_KINDS
 
 MAX_BUDGET_S = 86_400.0
 MAX_DESTINATIONS = 100
@@ -44,7 +45,7 @@ def _add_questions(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     what.add_argument(
         '--bins', nargs='+', metavar='KIND',
-        help='LDC RC PAL EQ SYN or LxBxH in centimetres (default SYN)',
+        help=f'{BIN_KINDS} (default SYN)',
     )  # fmt: skip
     what.add_argument(
         '--look-ahead', nargs='+', metavar='N', help='1 to 6, or a range such as 1-5 (default 5)'

@@ -18,7 +18,7 @@ from arm_executor.reach.layout_file import find_layout
 from arm_executor.reach.reach import LEAST_REACH
 from pack_cell.layout.verdict import Verdict, judge
 from pack_cell.options.parsers import NumberRange, bin_kind, whole
-from pack_msgs_py.values import BIN_TYPES, parse_bin
+from pack_msgs_py.values import BIN_KINDS, BIN_TYPES
 
 if TYPE_CHECKING:
     from arm_executor.reach.reach_motion import StationReach
@@ -49,7 +49,7 @@ def add_layout(verbs: Any) -> None:  # noqa: ANN401 - argparse does not name its
         action='append',
         dest='bins',
         metavar='KIND',
-        help='kind of bin to judge, may be given again; default: LDC, RC, PAL, EQ and SYN',
+        help=f'kind of bin to judge, may be given again: {BIN_KINDS}; default: all with a name',
     )
     parser.add_argument(
         '--samples',
@@ -100,7 +100,7 @@ def run_layout(options: argparse.Namespace) -> int:
     if not options.check:
         print(yaml.safe_dump(asdict(layout), sort_keys=False), end='')
         return EXIT_OK
-    specs = options.bins or [parse_bin(kind) for kind in BIN_TYPES]
+    specs = options.bins or list(BIN_TYPES.values())
     verdicts = [judge(layout, spec, options.samples, options.least / 100) for spec in specs]
     print_table(layout, verdicts, options.deadline_s)
     if options.png:

@@ -35,7 +35,7 @@ from pack_cell.options.parsers import (
 from pack_cell.options.planner_values import algorithm_name, planner_value
 from pack_msgs_py.parameter_fields import Value
 from pack_msgs_py.profiles import PROFILES
-from pack_msgs_py.values import BinSpec
+from pack_msgs_py.values import BIN_KINDS, BinSpec
 from pack_planner.algorithms import BUILT_IN
 
 #: Error of the scanner by profile: what one can buy, and none, as in the paper.
@@ -89,7 +89,7 @@ class RunOptions:
         name='bin',
         read=bin_kind,
         metavar='KIND',
-        values='`LDC`, `RC`, `PAL`, `EQ`, `SYN` or `LxBxH` in centimetres such as `100x60x60`',
+        values=BIN_KINDS,
         parameters=('arm_executor.bin_type',),
         as_parameter=lambda spec: spec.name,
     )

@@ -28,7 +28,7 @@ from pack_msgs_py.ros.conversions.basic import (
     vector_from_ros,
     vector_to_ros,
 )
-from pack_msgs_py.values import BIN_TYPES, Bin, BinSpec, Box, PlacedBox, check_box, frame_name
+from pack_msgs_py.values import Bin, Box, PlacedBox, bin_called, check_box, frame_name
 
 
 def box_to_ros(box: Box) -> BoxMsg:
@@ -111,14 +111,15 @@ def bin_from_ros(msg: BinState) -> Bin:
     if not msg.bin_id or min(size) <= 0:
         text = f'bin {msg.bin_id!r} of size {size} mm must have an id and positive sizes'
         raise InvalidValue(text)
-    known = BIN_TYPES.get(msg.bin_type)
-    if known is not None and known != size:
-        text = f'bin {msg.bin_id!r} is called {msg.bin_type} ({known} mm) but measures {size} mm'
-        raise InvalidValue(text)
+    try:
+        spec = bin_called(msg.bin_type, size)
+    except ValueError as error:
+        text = f'bin {msg.bin_id!r} cannot be used: {error}'
+        raise InvalidValue(text) from error
     return Bin(
         id=msg.bin_id,
         serial=msg.serial,
-        spec=BinSpec(msg.bin_type, size),
+        spec=spec,
         boxes=tuple(placed_box_from_ros(placed) for placed in msg.boxes),
         station=msg.station,
         revision=msg.revision,
