@@ -97,3 +97,10 @@ def test_the_links_of_a_page_lead_somewhere(page: Path) -> None:
             goal = goal / 'README.md'
         if anchor:
             assert anchor in anchors(goal), f'{target}#{anchor}'
+
+
+def test_the_python_of_the_readme_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    blocks = re.findall(r'(?ms)^```python\n(.*?)^```', (ROOT / 'README.md').read_text())
+    for block in blocks:
+        exec(compile(block, 'README.md', 'exec'), {})
+    assert '60 boxes in' in capsys.readouterr().out
