@@ -18,6 +18,7 @@ from arm_executor.goals.placement_errors import commanded_pose_errors
 from arm_executor.model.arm_interface import MotionHooks, PlaceRequest
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.geometry.pose import Pose
+from pack_msgs_py.geometry.resting import resting_pose
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Bin
 
@@ -124,6 +125,21 @@ def test_a_placement_may_rest_on_tops_as_they_were_measured_but_nowhere_else():
 
     assert errors(0.0) == errors(3.0) == []
     assert len(errors(5.0)) == len(errors(-2.0)) == 1
+
+
+def test_a_placement_may_be_where_planner_and_executor_expect_it_to_rest():
+    """A box that was planned too low to carry was measured above the one that was to carry."""
+    profile = PROFILES['cell']
+    carrying = replace(placed_of(make_decision(make_box(1))), measured_mm=(150.0, 100.0, 75.0))
+    lower = make_box(2, (296.0, 196.0, 146.0))
+    beside = replace(placed_of(make_decision(lower, (300, 0, 0))), measured_mm=(450.0, 100.0, 82.0))
+    decision = make_decision(make_box(3), (20, 0, carrying.top_mm))
+    placed = replace(placed_of(decision), size_mm=(400, 200, 150))
+    placed = replace(placed, box=replace(placed.box, size_mm=(396.0, 196.0, 150.0)))
+    centre = Pose((0.22, 0.1, 0.0))
+    rest = resting_pose(placed, centre, [carrying, beside])
+    assert rest.position[2] == pytest.approx((155.0 + 75.0) / 1e3)
+    assert commanded_pose_errors(placed, rest, profile, [carrying, beside]) == []
 
 
 def test_true_boxes_of_release_0_1_are_read(tmp_path):

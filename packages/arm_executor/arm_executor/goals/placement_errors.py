@@ -14,11 +14,10 @@ from collections.abc import Sequence
 
 from arm_executor.bins.records import placed_of
 from pack_msgs_py.cell_values import Decision
-from pack_msgs_py.geometry.footprint import measured_footprint
+from pack_msgs_py.geometry.footprint import measured_footprint, true_size
 from pack_msgs_py.geometry.polygon import hull_distance, overlap
 from pack_msgs_py.geometry.pose import Pose, Quaternion, rotation_matrix
-from pack_msgs_py.geometry.resting import measured_top_mm
-from pack_msgs_py.orientation import oriented_size
+from pack_msgs_py.geometry.resting import measured_top_mm, rest_height_mm
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.rules import centre_of_mass, supporters, violations
 from pack_msgs_py.values import Bin, PlacedBox, Vec3
@@ -51,22 +50,25 @@ def commanded_pose_errors(
 ) -> list[str]:
     """How ``target`` (bin frame) contradicts the corner, size and orientation of ``placed``.
 
-    A stack of boxes stands a little higher or lower than planned: the base may also be where the
-    tops of those of ``others`` that carry the box were measured.
+    A stack of boxes stands a little higher or lower than planned: the base may also be where it is
+    expected to rest, and where the tops of those of ``others`` that carry the box were measured.
     """
     errors = []
-    true_size = oriented_size(placed.box.size_mm, placed.orientation)
+    size = true_size(placed)
     planned: Vec3 = (
         placed.corner_mm[0] + placed.size_mm[0] / 2,
         placed.corner_mm[1] + placed.size_mm[1] / 2,
-        placed.corner_mm[2] + true_size[2] / 2,
+        placed.corner_mm[2] + size[2] / 2,
     )
     steps = (profile.resolution_mm, profile.resolution_mm, profile.resolution_z_mm)
+    base_mm = placed.corner_mm[2]
     below = supporters(placed, others, profile.support_tolerance_mm)
-    sunk = [measured_top_mm(other) - placed.corner_mm[2] for other in below]
+    heights_mm = [base_mm, rest_height_mm(placed, others), *map(measured_top_mm, below)]
     for axis, wanted, metres, step in zip('xyz', planned, target.position, steps, strict=True):
         off = 1e3 * metres - wanted
-        low, high = (min(0.0, *sunk), max(0.0, *sunk)) if axis == 'z' and sunk else (0.0, 0.0)
+        low, high = 0.0, 0.0
+        if axis == 'z':
+            low, high = min(heights_mm) - base_mm, max(heights_mm) - base_mm
         if not low - step - 1e-6 <= off <= high + step + 1e-6:
             errors.append(
                 f'pose.{axis} is {1e3 * metres:.1f} mm where corner, size and orientation '
