@@ -17,8 +17,8 @@ def fill_metrics(closed: Sequence[Bin], still_open: Sequence[Bin]) -> dict[str, 
     of the look-ahead fitted (the learning papers' single-bin measure).
     """
     return fill_metrics_of(
-        [one.fill_rate for one in closed if one.boxes],
-        [one.fill_rate for one in still_open if one.boxes],
+        [bin_.fill_rate for bin_ in closed if bin_.boxes],
+        [bin_.fill_rate for bin_ in still_open if bin_.boxes],
     )
 
 

@@ -24,7 +24,17 @@ def parameter(
     choices: tuple[str, ...] = (),
     read_only: bool = False,
 ) -> Any:  # noqa: ANN401 - stands where a dataclass default stands
-    """A dataclass field that is a parameter; ``low`` and ``high`` are inclusive."""
+    """A dataclass field that is a parameter of a node.
+
+    Parameters
+    ----------
+    default : its value when nobody sets it; its type is the type of the parameter.
+    description : what it does, a sentence for the node's description and the README.
+    unit : of the value, as it is written behind a number; empty for none.
+    low, high : least and largest value, both allowed; ``None`` for no limit.
+    choices : the only values that a text may have; empty for any.
+    read_only : it is read at the start, and ROS refuses to set it later.
+    """
     metadata = {
         'description': description,
         'unit': unit,
@@ -66,19 +76,19 @@ def check_value(spec: Field[Any], value: Value) -> Value:
 
 def parameter_fields(parameters: type) -> tuple[Field[Any], ...]:
     """The fields of a parameter dataclass, each checked to have a default."""
-    found = fields(parameters)
-    for one in found:
-        if one.default is MISSING or 'description' not in one.metadata:
-            msg = f'{parameters.__name__}.{one.name} must be declared with parameter()'
+    declared = fields(parameters)
+    for spec in declared:
+        if spec.default is MISSING or 'description' not in spec.metadata:
+            msg = f'{parameters.__name__}.{spec.name} must be declared with parameter()'
             raise TypeError(msg)
-    return found
+    return declared
 
 
 def parameter_table(parameters: type) -> str:
     """Markdown table of a parameter dataclass for a README."""
     lines = ['| parameter | default | range | what it does |', '|---|---|---|---|']
-    for one in parameter_fields(parameters):
-        meta = one.metadata
+    for spec in parameter_fields(parameters):
+        meta = spec.metadata
         if meta['choices']:
             span = ', '.join(f'`{choice}`' if choice else '(empty)' for choice in meta['choices'])
         elif meta['low'] is None and meta['high'] is None:
@@ -89,7 +99,7 @@ def parameter_table(parameters: type) -> str:
             span = f'{low} to {high}' if high else f'from {low}'
         if meta['unit']:
             span = f'{span} {meta["unit"]}'.strip()
-        default = str(one.default).lower() if isinstance(one.default, bool) else str(one.default)
+        default = str(spec.default).lower() if isinstance(spec.default, bool) else str(spec.default)
         default = f'`{default}`' if default else '(empty)'
-        lines.append(f'| `{one.name}` | {default} | {span} | {meta["description"]} |')
+        lines.append(f'| `{spec.name}` | {default} | {span} | {meta["description"]} |')
     return '\n'.join(lines) + '\n'

@@ -16,9 +16,9 @@ def _end(number: int, frame: FrameType | None) -> None:
 @contextmanager
 def signals_end_quietly() -> Iterator[None]:
     """SIGINT and SIGTERM end the process with code 0: nothing has begun that must be undone."""
-    before = {one: signal.signal(one, _end) for one in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.signal(number, _end) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield
     finally:
-        for one, handler in before.items():
-            signal.signal(one, handler)
+        for number, handler in before.items():
+            signal.signal(number, handler)

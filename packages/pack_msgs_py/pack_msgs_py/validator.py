@@ -21,24 +21,24 @@ def validate_sequence(
 
     ``destination`` is what the bin serves, empty for any box.
     """
-    found: list[Violation] = []
+    broken: list[Violation] = []
     for index, placed in enumerate(placements):
-        found.extend(violations(placed, placements[:index], bin_spec, profile, destination))
-    return found
+        broken.extend(violations(placed, placements[:index], bin_spec, profile, destination))
+    return broken
 
 
 def validate_bins(bins: Iterable[Bin], profile: Profile) -> list[Violation]:
     """Validate each bin, and that no box is in two of them."""
-    found: list[Violation] = []
+    broken: list[Violation] = []
     where: dict[str, str] = {}
-    for one in bins:
-        found.extend(validate_sequence(one.boxes, one.spec, profile, one.destination))
-        for placed in one.boxes:
-            first = where.setdefault(placed.box.id, one.id)
-            if first != one.id:
-                message = f'is in bin {first!r} and in bin {one.id!r}'
-                found.append(Violation(placed.box.id, Rule.DUPLICATE_BOX, message))
-    return found
+    for bin_ in bins:
+        broken.extend(validate_sequence(bin_.boxes, bin_.spec, profile, bin_.destination))
+        for placed in bin_.boxes:
+            first = where.setdefault(placed.box.id, bin_.id)
+            if first != bin_.id:
+                message = f'is in bin {first!r} and in bin {bin_.id!r}'
+                broken.append(Violation(placed.box.id, Rule.DUPLICATE_BOX, message))
+    return broken
 
 
 def with_box(target: Bin, placed: PlacedBox) -> Bin:

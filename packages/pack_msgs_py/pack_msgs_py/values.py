@@ -175,7 +175,7 @@ def parse_bin(text: str) -> BinSpec:
     try:
         walls = Walls(word.strip().lower())
     except ValueError:
-        known = ', '.join(f'{kind}:{one.value}' for one in Walls)
+        known = ', '.join(f'{kind}:{walls.value}' for walls in Walls)
         msg = f'bin {text!r} has unknown walls {word!r}: use one of {known}'
         raise ValueError(msg) from None
     if walls is plain.walls:

@@ -57,8 +57,8 @@ def test_a_scanner_may_say_its_deviation_beside_the_box_alone():
 
 def test_bins_survive_with_measured_poses():
     placed = PlacedBox(BOX, (0, 0, 0), (600, 400, 271), 'xyz', (300.0, 200.0, 100.0))
-    one = Bin('LDC-2', 2, parse_bin('LDC'), (placed,), 'B', 5, 'north')
-    snapshot = BinSnapshot(9, 50.5, (one,))
+    bin_ = Bin('LDC-2', 2, parse_bin('LDC'), (placed,), 'B', 5, 'north')
+    snapshot = BinSnapshot(9, 50.5, (bin_,))
     msg = conv.bins_to_ros(snapshot, {BOX.id: POSE})
     assert conv.bins_from_ros(msg) == snapshot
 
@@ -68,7 +68,7 @@ def test_bins_that_do_not_accept_boxes_are_left_out_and_the_rest_come_oldest_fir
         Bin(f'EQ-{n}', n, parse_bin('EQ'), station=s) for n, s in ((3, 'A'), (2, 'B'), (1, 'C'))
     )
     msg = conv.bins_to_ros(BinSnapshot(1, 0.0, bins), {}, {'EQ-1': codes.BinStatus.BLOCKED})
-    assert [one.id for one in conv.bins_from_ros(msg).bins] == ['EQ-2', 'EQ-3']
+    assert [bin_.id for bin_ in conv.bins_from_ros(msg).bins] == ['EQ-2', 'EQ-3']
 
 
 def test_a_decision_survives():

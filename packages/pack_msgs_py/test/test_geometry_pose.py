@@ -93,10 +93,10 @@ def test_corners_lie_half_a_diagonal_from_the_centre(pose):
 
 
 @given(poses, poses)
-def test_distances_are_the_same_both_ways_and_none_from_a_pose_to_itself(one, other):
-    assert corner_distance(one, other, SIZE) == corner_distance(other, one, SIZE)
-    assert turn_between(one, other) == turn_between(other, one)
-    assert corner_distance(one, one, SIZE) == 0.0
+def test_distances_are_the_same_both_ways_and_none_from_a_pose_to_itself(first, second):
+    assert corner_distance(first, second, SIZE) == corner_distance(second, first, SIZE)
+    assert turn_between(first, second) == turn_between(second, first)
+    assert corner_distance(first, first, SIZE) == 0.0
 
 
 @given(poses, vectors)

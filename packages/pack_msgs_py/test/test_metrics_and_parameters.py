@@ -61,7 +61,7 @@ class Wanted:
     ],
 )
 def test_a_wrong_parameter_is_named_with_its_value(name, value, text):
-    spec = next(one for one in fields(Wanted) if one.name == name)
+    spec = next(field for field in fields(Wanted) if field.name == name)
     with pytest.raises(ValueError, match=f'parameter {name} is .*{text}'):
         check_value(spec, value)
 

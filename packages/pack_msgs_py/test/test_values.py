@@ -114,5 +114,5 @@ def test_the_centre_of_mass_lies_inside_the_box():
 def test_fill_rate_counts_true_volumes():
     box = Box('b', (395.0, 395.0, 395.0))
     placed = PlacedBox(box, (0, 0, 0), (400, 400, 400))
-    one = Bin('EQ-1', 1, parse_bin('EQ'), (placed,))
-    assert one.fill_rate == pytest.approx((395 / 800) ** 3)
+    bin_ = Bin('EQ-1', 1, parse_bin('EQ'), (placed,))
+    assert bin_.fill_rate == pytest.approx((395 / 800) ** 3)

@@ -104,14 +104,14 @@ def extent(pose: Pose, size_m: Vec3) -> tuple[Vec3, Vec3]:
     return (min(xs), min(ys), min(zs)), (max(xs), max(ys), max(zs))
 
 
-def corner_distance(one: Pose, other: Pose, size_m: Vec3) -> float:
+def corner_distance(first: Pose, second: Pose, size_m: Vec3) -> float:
     """Largest distance between corresponding corners of a box in two poses, metres."""
-    return max(map(math.dist, corners(one, size_m), corners(other, size_m)))
+    return max(map(math.dist, corners(first, size_m), corners(second, size_m)))
 
 
-def turn_between(one: Pose, other: Pose) -> float:
+def turn_between(first: Pose, second: Pose) -> float:
     """Angle between two orientations, 0 to pi."""
-    dot = abs(sum(a * b for a, b in zip(one.quaternion, other.quaternion, strict=True)))
+    dot = abs(sum(a * b for a, b in zip(first.quaternion, second.quaternion, strict=True)))
     return 2 * math.acos(min(1.0, dot))
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TypeVar, cast
+from dataclasses import Field
+from typing import Any, TypeVar, cast
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.node import Node
@@ -26,7 +27,7 @@ def declare_parameters(node: Node, parameters: type[T]) -> T:
         override would otherwise be silently ignored by rclpy).
     """
     specs = parameter_fields(parameters)
-    known = {one.name for one in specs}
+    known = {spec.name for spec in specs}
     overrides: dict[str, Parameter] = node._parameter_overrides  # noqa: SLF001 - no public reader
     for name in overrides:
         if name not in known and not name.startswith(_BUILT_IN):
@@ -34,16 +35,16 @@ def declare_parameters(node: Node, parameters: type[T]) -> T:
             msg = f'unknown parameter {name!r}: node {node.get_name()} has {names}'
             raise ValueError(msg)
     values = {}
-    for one in specs:
-        given = overrides.get(one.name)
-        default = cast(Value, one.default)
-        value = check_value(one, default if given is None else given.value)
-        node.declare_parameter(one.name, value, _descriptor(one), ignore_override=True)
-        values[one.name] = value
+    for spec in specs:
+        given = overrides.get(spec.name)
+        default = cast(Value, spec.default)
+        value = check_value(spec, default if given is None else given.value)
+        node.declare_parameter(spec.name, value, _descriptor(spec), ignore_override=True)
+        values[spec.name] = value
     return parameters(**values)
 
 
-def _descriptor(spec) -> ParameterDescriptor:  # type: ignore[no-untyped-def]
+def _descriptor(spec: Field[Any]) -> ParameterDescriptor:
     """The field's description and range as ROS keeps them."""
     meta = spec.metadata
     text = meta['description'] + (f' [{meta["unit"]}]' if meta['unit'] else '')

@@ -87,21 +87,21 @@ def placed_box_from_ros(msg: PlacedBoxMsg) -> PlacedBox:
     )
 
 
-def bin_to_ros(one: Bin, poses: dict[str, Pose], stamp: TimeMsg, status: BinStatus) -> BinState:
+def bin_to_ros(bin_: Bin, poses: dict[str, Pose], stamp: TimeMsg, status: BinStatus) -> BinState:
     """A bin as pack_msgs/BinState; ``poses`` holds the measured pose of each box by id."""
     msg = BinState(
-        bin_id=one.id,
-        serial=one.serial,
-        bin_type=one.spec.name,
-        station=one.station,
-        destination=one.destination,
-        revision=one.revision,
-        size=vector_to_ros(one.spec.size_mm, 1e-3),
+        bin_id=bin_.id,
+        serial=bin_.serial,
+        bin_type=bin_.spec.name,
+        station=bin_.station,
+        destination=bin_.destination,
+        revision=bin_.revision,
+        size=vector_to_ros(bin_.spec.size_mm, 1e-3),
         status=int(status),
-        boxes=[placed_box_to_ros(placed, poses[placed.box.id]) for placed in one.boxes],
+        boxes=[placed_box_to_ros(placed, poses[placed.box.id]) for placed in bin_.boxes],
     )
     msg.header.stamp = stamp
-    msg.header.frame_id = frame_name(one.station)
+    msg.header.frame_id = frame_name(bin_.station)
     return msg
 
 
@@ -136,8 +136,8 @@ def bins_to_ros(
     msg = BinStateArray(
         revision=snapshot.revision,
         bins=[
-            bin_to_ros(one, poses, stamp, states.get(one.id, BinStatus.OPEN))
-            for one in snapshot.bins
+            bin_to_ros(bin_, poses, stamp, states.get(bin_.id, BinStatus.OPEN))
+            for bin_ in snapshot.bins
         ],
     )
     msg.header.stamp = stamp
@@ -146,10 +146,10 @@ def bins_to_ros(
 
 def bins_from_ros(msg: BinStateArray) -> BinSnapshot:
     """pack_msgs/BinStateArray as a checked value; only bins that accept boxes."""
-    bins = [bin_from_ros(one) for one in msg.bins if one.status == BinState.STATUS_OPEN]
-    ids = [one.id for one in bins]
+    bins = [bin_from_ros(state) for state in msg.bins if state.status == BinState.STATUS_OPEN]
+    ids = [bin_.id for bin_ in bins]
     if len(set(ids)) != len(ids):
         text = f'bin ids {ids} must differ'
         raise InvalidValue(text)
-    ordered = tuple(sorted(bins, key=lambda one: one.serial))
+    ordered = tuple(sorted(bins, key=lambda bin_: bin_.serial))
     return BinSnapshot(msg.revision, time_from_ros(msg.header.stamp), ordered)
