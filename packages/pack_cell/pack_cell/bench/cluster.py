@@ -84,7 +84,8 @@ def dask_cluster(address: str, note: Callable[[str], None]) -> Iterator[None]:
 
 def _silence() -> None:
     """Keep ``distributed`` from logging tracebacks of what is said here in a sentence."""
-    for name in [one for one in logging.root.manager.loggerDict if one.startswith('distributed')]:
+    loggers = [name for name in logging.root.manager.loggerDict if name.startswith('distributed')]
+    for name in loggers:
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
 
 

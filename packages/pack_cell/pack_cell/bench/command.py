@@ -138,20 +138,21 @@ def _show(records: Sequence[JsonObject], arguments: argparse.Namespace) -> None:
     for line in report.sources(records):
         print(line)
     print()
-    _print_table(report.HEADINGS, [report.row(one) for one in records], arguments.markdown)
+    _print_table(report.HEADINGS, [report.row(record) for record in records], arguments.markdown)
     if arguments.paper:
         print()
         print(report.paper_note(records))
         print()
         _print_table(*report.table1(records), arguments.markdown)
-    for one in records:
-        for entry in one['unplaced'][:3]:
+    for record in records:
+        for entry in record['unplaced'][:3]:
             print(
-                f'unplaced: {one["algorithm"]}, {one["bin"]}, look-ahead {one["look_ahead"]}, '
-                f'collection {entry["collection"]}: box {entry["id"]!r} {entry["reason"]}'
+                f'unplaced: {record["algorithm"]}, {record["bin"]}, '
+                f'look-ahead {record["look_ahead"]}, collection {entry["collection"]}: '
+                f'box {entry["id"]!r} {entry["reason"]}'
             )
-        if len(one['unplaced']) > 3:
-            print(f'          and {len(one["unplaced"]) - 3} more, see --json')
+        if len(record['unplaced']) > 3:
+            print(f'          and {len(record["unplaced"]) - 3} more, see --json')
 
 
 def _print_table(headings: Sequence[str], rows: Sequence[Sequence[str]], in_markdown: bool) -> None:

@@ -31,36 +31,39 @@ def draw(records: Sequence[JsonObject]) -> Figure:
     """The figure: our fill, the paper's where there is one, and time with the paper's dotted."""
     from matplotlib.figure import Figure
 
-    bins = list(dict.fromkeys(one['bin'] for one in records))
-    series = {name(one): title(one) for one in records}
+    bins = list(dict.fromkeys(record['bin'] for record in records))
+    series = {name(record): title(record) for record in records}
     styles = _styles(records)
-    with_paper = any(one['paper'] for one in records)
+    with_paper = any(record['paper'] for record in records)
     rows = 3 if with_paper else 2
     figure = Figure(figsize=(max(7.0, 3.1 * len(bins)), 1.0 + 2.7 * rows), layout='constrained')
     axes = figure.subplots(rows, len(bins), squeeze=False, sharex=True)
-    looks = sorted({one['look_ahead'] for one in records})
+    looks = sorted({record['look_ahead'] for record in records})
     # side by side, so that equal fills do not hide each other
     step = min(0.09, 0.5 / len(series)) if len(looks) > 1 else 0.0
     for column, bin_name in enumerate(bins):
-        here = [one for one in records if one['bin'] == bin_name]
+        here = [record for record in records if record['bin'] == bin_name]
         fill, time = axes[0][column], axes[-1][column]
         for number, label in enumerate(series):
             chosen = sorted(
-                (one for one in here if name(one) == label), key=lambda one: int(one['look_ahead'])
+                (record for record in here if name(record) == label),
+                key=lambda record: int(record['look_ahead']),
             )
             shift = step * (number - (len(series) - 1) / 2)
             _ours(fill, time, chosen, series[label], styles[label], shift)
             if with_paper:
                 _papers(axes[1][column], time, chosen, styles[label], shift)
         fill.set_title(bin_name)
-        _set_range(fill, [one['fill_closed'] for one in here if one['fill_closed'] is not None])
+        _set_range(
+            fill, [record['fill_closed'] for record in here if record['fill_closed'] is not None]
+        )
         time.set_yscale('log')
         time.set_ylim(_time_range(records))
         time.set_xlabel('look-ahead, boxes')
         time.set_xticks(looks)
-    for one in axes.flat:
-        one.grid(visible=True, alpha=0.3)
-        one.spines[['top', 'right']].set_visible(False)
+    for panel in axes.flat:
+        panel.grid(visible=True, alpha=0.3)
+        panel.spines[['top', 'right']].set_visible(False)
     axes[0][0].set_ylabel('fill of closed bins, %')
     axes[-1][0].set_ylabel('mean time of a decision, s')
     handles, labels = axes[0][0].get_legend_handles_labels()
@@ -80,9 +83,9 @@ def _set_range(axes: Axes, values: Sequence[float]) -> None:
 
 def _time_range(records: Sequence[JsonObject]) -> tuple[float, float]:
     """Limits that hold every mean time, ours and the paper's, seconds."""
-    times = [one['decision_s']['mean'] for one in records]
-    times += [one['paper']['seconds'] for one in records if one['paper']]
-    known = [one for one in times if one]
+    times = [record['decision_s']['mean'] for record in records]
+    times += [record['paper']['seconds'] for record in records if record['paper']]
+    known = [seconds for seconds in times if seconds]
     return (min(known) / 1.7, max(known) * 1.7) if known else (1e-4, 1.0)
 
 
@@ -91,37 +94,37 @@ _Style = tuple[str, str]
 
 def _styles(records: Sequence[JsonObject]) -> dict[str, _Style]:
     """Colour and marker of each series; no two have both in common."""
-    found: dict[str, _Style] = {}
+    styles: dict[str, _Style] = {}
     taken = set()
     others = 0
-    for one in records:
-        label, number = name(one), _OF_PAPER.get(one['algorithm'])
-        if label in found:
+    for record in records:
+        label, number = name(record), _OF_PAPER.get(record['algorithm'])
+        if label in styles:
             continue
         if number is None or number in taken:
             number = len(_OF_PAPER) + others
             others += 1
         taken.add(number)
         # the markers go on where the colours begin again
-        found[label] = _COLOURS[number % len(_COLOURS)], _MARKERS[number % len(_MARKERS)]
-    return found
+        styles[label] = _COLOURS[number % len(_COLOURS)], _MARKERS[number % len(_MARKERS)]
+    return styles
 
 
 def _ours(
     fill: Axes, time: Axes, records: Sequence[JsonObject], label: str, style: _Style, shift: float
 ) -> None:
     colour, marker = style
-    known = [one for one in records if one['fill_closed'] is not None]
+    known = [record for record in records if record['fill_closed'] is not None]
     fill.errorbar(
-        [one['look_ahead'] + shift for one in known],
-        [one['fill_closed'] for one in known],
-        [one['fill_closed_ci95'] or 0.0 for one in known],
+        [record['look_ahead'] + shift for record in known],
+        [record['fill_closed'] for record in known],
+        [record['fill_closed_ci95'] or 0.0 for record in known],
         color=colour, marker=marker, markersize=4.5, elinewidth=0.7, linewidth=1.3, label=label,
     )  # fmt: skip
-    timed = [one for one in records if one['decision_s']['mean'] is not None]
+    timed = [record for record in records if record['decision_s']['mean'] is not None]
     time.plot(
-        [one['look_ahead'] + shift for one in timed],
-        [one['decision_s']['mean'] for one in timed],
+        [record['look_ahead'] + shift for record in timed],
+        [record['decision_s']['mean'] for record in timed],
         color=colour, marker=marker, markersize=4.5, linewidth=1.3,
     )  # fmt: skip
 
@@ -130,10 +133,11 @@ def _papers(
     fill: Axes, time: Axes, records: Sequence[JsonObject], style: _Style, shift: float
 ) -> None:
     colour, marker = style
-    paper = [one for one in records if one['paper']]
+    paper = [record for record in records if record['paper']]
     for axes, key in ((fill, 'fill'), (time, 'seconds')):
         axes.plot(
-            [one['look_ahead'] + shift for one in paper], [one['paper'][key] for one in paper],
+            [record['look_ahead'] + shift for record in paper],
+            [record['paper'][key] for record in paper],
             ':', color=colour, marker=marker, markersize=4, markerfacecolor='white', linewidth=1.1,
         )  # fmt: skip
 
@@ -142,8 +146,8 @@ def svg(records: Sequence[JsonObject]) -> str:
     """The figure as an SVG element, to stand in a page."""
     text = StringIO()
     draw(records).savefig(text, format='svg')
-    found = text.getvalue()
-    return found[found.index('<svg') :]
+    drawing = text.getvalue()
+    return drawing[drawing.index('<svg') :]
 
 
 def save(records: Sequence[JsonObject], path: Path) -> None:

@@ -40,15 +40,16 @@ _TEXT_COLUMNS = ('bin', 'algorithm', 'status')
 
 def page(records: Sequence[JsonObject], command: str) -> str:
     """The page: figure, our figures beside the paper's, every record, what could not be placed."""
+    sources = ''.join(f'<li>{escape(sentence)}</li>' for sentence in report.sources(records))
     parts = [
         '<h1>Packing benchmark</h1>',
         f'<p class="note">Made by <code>{escape(command)}</code></p>',
         f'<p>{_INTRODUCTION}</p>',
-        '<ul>' + ''.join(f'<li>{escape(one)}</li>' for one in report.sources(records)) + '</ul>',
+        f'<ul>{sources}</ul>',
         '<h2>Fill and time against look-ahead</h2>',
         f'<figure>{figure.svg(records)}</figure>',
     ]
-    if any(one['paper'] for one in records):
+    if any(record['paper'] for record in records):
         parts += [
             '<h2>Beside Table I of the paper</h2>',
             f'<p class="note">{escape(report.paper_note(records))}</p>',
@@ -56,7 +57,7 @@ def page(records: Sequence[JsonObject], command: str) -> str:
         ]
     parts += [
         '<h2>All records</h2>',
-        _table(report.HEADINGS, [report.row(one) for one in records]),
+        _table(report.HEADINGS, [report.row(record) for record in records]),
         *_unplaced(records),
     ]
     return (
@@ -90,12 +91,12 @@ def _table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 def _unplaced(records: Sequence[JsonObject]) -> list[str]:
     """Each reason once per record, with how many boxes it left out."""
     lines = []
-    for one in records:
-        if one['unplaced']:
-            first = one['unplaced'][0]
+    for record in records:
+        if record['unplaced']:
+            first = record['unplaced'][0]
             lines.append(
-                f'<li>{escape(one["algorithm"])}, {escape(one["bin"])}, look-ahead '
-                f'{one["look_ahead"]}: {len(one["unplaced"])} boxes, for example '
+                f'<li>{escape(record["algorithm"])}, {escape(record["bin"])}, look-ahead '
+                f'{record["look_ahead"]}: {len(record["unplaced"])} boxes, for example '
                 f'{escape(first["id"])}: {escape(first["reason"])}</li>'
             )
     return ['<h2>Boxes that fit no bin</h2>', '<ul>', *lines, '</ul>'] if lines else []

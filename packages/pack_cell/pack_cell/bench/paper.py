@@ -64,7 +64,7 @@ def paper_figures(case: Case, settings: BenchSettings) -> JsonObject | None:
     if settings.profile.name != 'paper' or case.algorithm not in NAMES or settings.destinations > 1:
         return None
     name = NAMES[case.algorithm]
-    found = table().get((name, case.bin_spec.name, case.look_ahead))
-    if found is None and case.look_ahead == 1:
-        found = table().get((f'O-{name}', case.bin_spec.name, 1))
-    return None if found is None else {'fill': found[0], 'seconds': found[1]}
+    of_paper = table().get((name, case.bin_spec.name, case.look_ahead))
+    if of_paper is None and case.look_ahead == 1:
+        of_paper = table().get((f'O-{name}', case.bin_spec.name, 1))
+    return None if of_paper is None else {'fill': of_paper[0], 'seconds': of_paper[1]}

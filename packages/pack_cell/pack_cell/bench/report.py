@@ -83,19 +83,19 @@ def table1(records: Sequence[JsonObject]) -> tuple[tuple[str, ...], list[tuple[s
     Only algorithms, bins and look-aheads that ``records`` has. An exclamation mark: ours is below
     the paper's by more than its own confidence interval.
     """
-    by_key = {(one['look_ahead'], one['bin'], name(one)): one for one in records}
-    known = [one for one in records if one['algorithm'] in NAMES]
-    known.sort(key=lambda one: list(NAMES).index(one['algorithm']))
-    columns = {name(one): title(one) for one in known}
-    bins = list(dict.fromkeys(one['bin'] for one in records))
+    by_key = {(record['look_ahead'], record['bin'], name(record)): record for record in records}
+    known = [record for record in records if record['algorithm'] in NAMES]
+    known.sort(key=lambda record: list(NAMES).index(record['algorithm']))
+    columns = {name(record): title(record) for record in known}
+    bins = list(dict.fromkeys(record['bin'] for record in records))
     rows = []
-    for look_ahead in sorted({one['look_ahead'] for one in records}):
+    for look_ahead in sorted({record['look_ahead'] for record in records}):
         for bin_name in bins:
-            found = [by_key.get((look_ahead, bin_name, column)) for column in columns]
-            if any(found):
-                cells = (MISSING if one is None else _beside_paper(one) for one in found)
+            in_row = [by_key.get((look_ahead, bin_name, column)) for column in columns]
+            if any(in_row):
+                cells = (MISSING if record is None else _beside_paper(record) for record in in_row)
                 rows.append((str(look_ahead), bin_name, *cells))
-    headings = ('look-ahead', 'bin', *(f'{one} % [paper]' for one in columns.values()))
+    headings = ('look-ahead', 'bin', *(f'{column} % [paper]' for column in columns.values()))
     return headings, rows
 
 
@@ -115,25 +115,25 @@ def _beside_paper(record: JsonObject) -> str:
 
 def sources(records: Sequence[JsonObject]) -> list[str]:
     """A sentence for each kind of bin about its boxes, for the reader of a table."""
-    found = {}
-    for one in records:
-        settings = one['settings']
-        boxes = one['boxes_source']
+    sentences = {}
+    for record in records:
+        settings = record['settings']
+        boxes = record['boxes_source']
         count = settings['destinations']
         pool = f' for {count} destinations' if count else ''
         if settings['boxes_per_bin']:
             boxes += f', {settings["boxes_per_bin"]} boxes per bin'
-        found[one['bin'], boxes] = (
-            f'{one["bin"]}: {one["collections"]} collections of {boxes}; orientations '
+        sentences[record['bin'], boxes] = (
+            f'{record["bin"]}: {record["collections"]} collections of {boxes}; orientations '
             f'{settings["orientations"]!r}, {settings["open_bins"]} open bins{pool}, seed '
             f'{settings["seed"]}; {settings["clock"]} time.'
         )
-    return list(found.values())
+    return list(sentences.values())
 
 
 def paper_note(records: Sequence[JsonObject]) -> str:
     """What to keep in mind when ours and the paper's figures stand side by side."""
-    drawn = sorted({one['bin'] for one in records if not one['settings']['boxes_per_bin']})
+    drawn = sorted({record['bin'] for record in records if not record['settings']['boxes_per_bin']})
     note = (
         'Paper: Ojha et al., arXiv:2111.01072, Table I, seconds on an i7-6820HQ. "!" marks a fill '
         "below the paper's by more than our 95 % confidence interval."

@@ -50,9 +50,9 @@ class ResultFile:
     def find(self, case: Case, settings: BenchSettings) -> JsonObject | None:
         """The finished record of a case."""
         wanted = identity(case, settings)
-        for one in self.records:
-            if all(one.get(key) == value for key, value in wanted.items()):
-                return one
+        for record in self.records:
+            if all(record.get(key) == value for key, value in wanted.items()):
+                return record
         return None
 
     def add(self, finished: JsonObject, packed: Sequence[Packed]) -> None:
@@ -60,8 +60,8 @@ class ResultFile:
         if self._plan is not None:
             case = _plan_key(finished)
             with self._plan.open('a', encoding='utf-8') as file:
-                for one in packed:
-                    file.writelines(json.dumps({**event, **case}) + '\n' for event in one.events)
+                for collection in packed:
+                    file.writelines(_line({**event, **case}) for event in collection.events)
         self.records.append(finished)
         if self._json is not None and self._parts is not None:
             _replace(self._json, json.dumps(self.records, indent=1, allow_nan=False) + '\n')
@@ -93,15 +93,15 @@ class ResultFile:
     def _lines(self) -> list[JsonObject]:
         if self._parts is None or not self._parts.exists():
             return []
-        found = []
+        parts = []
         for line in self._parts.read_text(encoding='utf-8').splitlines():
             try:
                 part = json.loads(line)
                 _packed(part['packed']), part['record'], part['number']
             except (ValueError, KeyError, TypeError):
                 continue
-            found.append(part)
-        return found
+            parts.append(part)
+        return parts
 
     def _keep_whole_plans(self, path: Path) -> None:
         """Forget records without a whole plan, and plans without a record."""
@@ -115,10 +115,10 @@ class ResultFile:
                 lines.setdefault(key, []).append(line + '\n')
         kept = []
         self._plans_kept: list[str] = []
-        for one in self.records:
-            plan = lines.get(_plan_key(one)['record'], [])
-            if len(plan) == one['placed'] + one['closed_bins']:
-                kept.append(one)
+        for record in self.records:
+            plan = lines.get(_plan_key(record)['record'], [])
+            if len(plan) == record['placed'] + record['closed_bins']:
+                kept.append(record)
                 self._plans_kept += plan
         self.records = kept
 
@@ -162,17 +162,17 @@ def _read_records(path: Path) -> list[JsonObject]:
     if not path.exists() or not path.read_text(encoding='utf-8').strip():
         return []
     try:
-        found = json.loads(path.read_text(encoding='utf-8'))
+        records = json.loads(path.read_text(encoding='utf-8'))
     except (OSError, ValueError) as error:
         msg = f'{path} exists and is not JSON ({error}): name another file'
         raise ValueError(msg) from None
     wanted = {*IDENTITY, 'placed', 'closed_bins', 'fill_closed', 'decision_s'}
-    if not isinstance(found, list) or not all(
-        isinstance(one, dict) and wanted <= one.keys() for one in found
+    if not isinstance(records, list) or not all(
+        isinstance(record, dict) and wanted <= record.keys() for record in records
     ):
         msg = f'{path} exists and holds no benchmark records: name another file'
         raise ValueError(msg)
-    return found
+    return records
 
 
 def _replace(path: Path, text: str) -> None:

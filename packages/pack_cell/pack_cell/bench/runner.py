@@ -65,14 +65,14 @@ def run(
             packed = []
             for number in range(case.collections):
                 known = kept[case].get(number)
-                one = next(finished) if known is None else known
+                collection = next(finished) if known is None else known
                 if known is None:
-                    results.keep(case, settings, number, one)
-                packed.append(one)
+                    results.keep(case, settings, number, collection)
+                packed.append(collection)
                 progress(case, number + 1, case.collections)
             results.add(record(case, settings, packed), packed)
-    found = [results.find(case, settings) for case in cases]
-    return [one for one in found if one is not None]
+    records = (results.find(case, settings) for case in cases)
+    return [finished for finished in records if finished is not None]
 
 
 def _pack(unit: _Unit) -> Packed:

@@ -45,17 +45,19 @@ def ci95(values: Sequence[float]) -> float | None:
 
 def record(case: Case, settings: BenchSettings, packed: Sequence[Packed]) -> JsonObject:
     """The record of a case. Fills are means over collections, in percent."""
-    places = [event for one in packed for event in one.events if event['event'] == 'place']
-    seconds = [event['seconds'] for one in packed for event in one.events]
+    places = [
+        event for collection in packed for event in collection.events if event['event'] == 'place'
+    ]
+    seconds = [event['seconds'] for collection in packed for event in collection.events]
     fills = {name: _known(packed, name) for name in packed[0].fills}
     # where nothing is proven there is no gap to average; JSON has no infinity either
-    gaps = [gap for one in packed for gap in one.gaps if math.isfinite(gap)]
+    gaps = [gap for collection in packed for gap in collection.gaps if math.isfinite(gap)]
     return {
         **identity(case, settings),
-        'boxes': sum(one.boxes for one in packed),
+        'boxes': sum(collection.boxes for collection in packed),
         'placed': len(places),
-        'unplaced': [dict(entry) for one in packed for entry in one.unplaced],
-        'closed_bins': sum(one.closed_bins for one in packed),
+        'unplaced': [dict(entry) for collection in packed for entry in collection.unplaced],
+        'closed_bins': sum(collection.closed_bins for collection in packed),
         **{name: _mean(values) for name, values in fills.items()},
         'fill_closed_ci95': ci95(fills['fill_closed']),
         'decision_s': time_summary(seconds),
@@ -99,7 +101,7 @@ def identity(case: Case, settings: BenchSettings) -> JsonObject:
 
 
 def _known(packed: Sequence[Packed], name: str) -> list[float]:
-    return [value for one in packed if (value := one.fills[name]) is not None]
+    return [value for collection in packed if (value := collection.fills[name]) is not None]
 
 
 def _mean(values: Sequence[float]) -> float | None:

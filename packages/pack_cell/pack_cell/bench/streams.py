@@ -57,10 +57,10 @@ def cut_collection(spec: BinSpec, pieces: int, rng: random.Random) -> tuple[Box,
 
 def drawn_collection(spec: BinSpec, boxes: tuple[Box, ...], rng: random.Random) -> tuple[Box, ...]:
     """Boxes drawn with replacement until their true volume fills four bins; each gets a new id."""
-    found: list[Box] = []
+    drawn: list[Box] = []
     volume, wanted = 0.0, INDUSTRIAL_BINS * spec.volume_mm3
     while volume < wanted:
         box = rng.choice(boxes)
-        found.append(replace(box, id=f'{box.id}/{len(found) + 1}'))
+        drawn.append(replace(box, id=f'{box.id}/{len(drawn) + 1}'))
         volume += box.volume_mm3
-    return tuple(found)
+    return tuple(drawn)

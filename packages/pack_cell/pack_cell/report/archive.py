@@ -26,11 +26,14 @@ class BinFigures:
     violations: tuple[Violation, ...] = ()
 
 
-def bin_figures(one: Bin, true: Bin, profile: Profile) -> BinFigures:
-    """The figures of ``one``, replayed under ``profile``; ``true`` has the true sizes."""
-    found = tuple(validate_sequence(one.boxes, one.spec, profile, one.destination))
-    wrong = sum(1 for broken in found if broken.rule is Rule.DESTINATION)
-    return BinFigures(one.serial, one.destination, len(one.boxes), true.fill_rate, wrong, found)
+def bin_figures(measured: Bin, true: Bin, profile: Profile) -> BinFigures:
+    """The figures of a bin, replayed under ``profile``; ``true`` has the true sizes."""
+    boxes, destination = measured.boxes, measured.destination
+    violations = tuple(validate_sequence(boxes, measured.spec, profile, destination))
+    mis_sorts = sum(broken.rule is Rule.DESTINATION for broken in violations)
+    return BinFigures(
+        measured.serial, destination, len(boxes), true.fill_rate, mis_sorts, violations
+    )
 
 
 class Archive:
@@ -50,14 +53,14 @@ class Archive:
     @property
     def in_bins(self) -> int:
         """How many boxes are in the bins of the archive."""
-        return sum(one.boxes for one in self.bins)
+        return sum(figures.boxes for figures in self.bins)
 
     def write(self, rows: Iterable[dict[str, Any]]) -> None:
         """Append rows to the file."""
         with self.path.open('a') as file:
             file.writelines(json.dumps(row) + '\n' for row in rows)
 
-    def add_bin(self, one: Bin, true: Bin) -> None:
+    def add_bin(self, closed: Bin, true: Bin) -> None:
         """A bin whose boxes have all come to their end; the caller writes their rows."""
-        self.bins.append(bin_figures(one, true, self.profile))
-        self.where.update({placed.box.id: f'bin {one.id}' for placed in one.boxes})
+        self.bins.append(bin_figures(closed, true, self.profile))
+        self.where.update({placed.box.id: f'bin {closed.id}' for placed in closed.boxes})

@@ -17,7 +17,7 @@ def placement_row(
     decision: Decision | None,
     report: Report | None,
     event: BoxEvent | None,
-    found: tuple[Bin, PlacedBox] | None,
+    where: tuple[Bin, PlacedBox] | None,
 ) -> dict[str, Any]:
     """A box as it was scanned and as it is, what was decided last, and where it ended."""
     row: dict[str, Any] = {
@@ -46,12 +46,12 @@ def placement_row(
     }
     if event is not None and event.reason is not Reason.NONE:
         row['reason'] = f'{event.reason.name.lower()}: {event.text}'
-    if found is not None:
-        one, placed = found
+    if where is not None:
+        in_bin, placed = where
         row.update(
-            bin_serial=one.serial,
-            bin_type=one.spec.name,
-            bin_destination=one.destination,
+            bin_serial=in_bin.serial,
+            bin_type=in_bin.spec.name,
+            bin_destination=in_bin.destination,
             position_mm=list(placed.corner_mm),
             placed_size_mm=list(placed.size_mm),
             orientation=placed.orientation,

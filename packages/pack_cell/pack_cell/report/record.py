@@ -109,23 +109,26 @@ class RunRecord:
 
     def on_bins(self, snapshot: BinSnapshot) -> None:
         """Remember the bins that stand in the cell."""
-        self.bins = {one.id: one for one in snapshot.bins if one.id not in self.closed}
+        self.bins = {
+            standing.id: standing for standing in snapshot.bins if standing.id not in self.closed
+        }
 
-    def on_closed(self, one: Bin) -> None:
+    def on_closed(self, closed: Bin) -> None:
         """Remember the content of a bin that was taken away."""
-        if self.archive is not None and any(old.serial == one.serial for old in self.archive.bins):
+        archived = [] if self.archive is None else self.archive.bins
+        if any(figures.serial == closed.serial for figures in archived):
             return
-        self.closed[one.id] = one
-        self.bins.pop(one.id, None)
+        self.closed[closed.id] = closed
+        self.bins.pop(closed.id, None)
         for old in list(self.closed.values())[:-KEPT_BINS]:
             self._retire(old)
 
     def _archived(self, box_id: str) -> bool:
         return self.archive is not None and box_id in self.archive.where
 
-    def _retire(self, one: Bin) -> None:
+    def _retire(self, closed: Bin) -> None:
         """Move a bin into the archive, unless one of its boxes has not come to its end."""
-        archive, ids = self.archive, [placed.box.id for placed in one.boxes]
+        archive, ids = self.archive, [placed.box.id for placed in closed.boxes]
         if archive is None or not all(self._is_done(box_id) for box_id in ids):
             return
         first_s = min((self.events[box_id].stamp_s for box_id in ids), default=0.0)
@@ -135,9 +138,9 @@ class RunRecord:
             if event.event is BoxEventKind.REJECTED and event.stamp_s < first_s
         ]
         archive.write(self.rows([*rejected, *ids]))
-        archive.add_bin(one, self.true_bin(one))
+        archive.add_bin(closed, self.true_bin(closed))
         archive.where.update(dict.fromkeys(rejected, 'rejected'))
-        del self.closed[one.id]
+        del self.closed[closed.id]
         for known in (self.boxes, self.true_boxes, self.decisions, self.reports, self.events):
             for box_id in (*rejected, *ids):
                 known.pop(box_id, None)
@@ -149,9 +152,13 @@ class RunRecord:
 
     def rows(self, box_ids: Iterable[str]) -> list[dict[str, Any]]:
         """One object per box that is not archived, in the order in which they came to their end."""
-        where = {placed.box.id: (one, placed) for one in self.every_bin() for placed in one.boxes}
+        where = {
+            placed.box.id: (in_bin, placed)
+            for in_bin in self.every_bin()
+            for placed in in_bin.boxes
+        }
         chosen = list(box_ids)
-        ended = [one for one in chosen if one in self.events]
+        ended = [box_id for box_id in chosen if box_id in self.events]
         ended.sort(key=lambda box_id: self.events[box_id].stamp_s)
         return [
             placement_row(
@@ -161,45 +168,45 @@ class RunRecord:
                 decision=self.decisions.get(box_id),
                 report=self.reports.get(box_id),
                 event=self.events.get(box_id),
-                found=where.get(box_id),
+                where=where.get(box_id),
             )
-            for box_id in [*ended, *(one for one in chosen if one not in self.events)]
+            for box_id in [*ended, *(box_id for box_id in chosen if box_id not in self.events)]
         ]
 
     def every_bin(self) -> list[Bin]:
         """All bins that are not archived, in the order they were opened."""
-        return sorted([*self.closed.values(), *self.bins.values()], key=lambda one: one.serial)
+        return sorted([*self.closed.values(), *self.bins.values()], key=lambda known: known.serial)
 
     def places(self) -> dict[str, list[str]]:
         """Every place each known box is in. More than one is a doubled box, none is a lost one.
 
         A box in the archive is named only when it is somewhere else too.
         """
-        found: dict[str, list[str]] = {box_id: [] for box_id in {*self.boxes, *self.events}}
+        places: dict[str, list[str]] = {box_id: [] for box_id in {*self.boxes, *self.events}}
         archived = {} if self.archive is None else self.archive.where
 
         def add(box_id: str, where: str) -> None:
             known = [archived[box_id]] if box_id in archived else []
-            found.setdefault(box_id, known).append(where)
+            places.setdefault(box_id, known).append(where)
 
-        for one in self.every_bin():
-            for placed in one.boxes:
-                add(placed.box.id, f'bin {one.id}')
+        for known_bin in self.every_bin():
+            for placed in known_bin.boxes:
+                add(placed.box.id, f'bin {known_bin.id}')
         if self.scan is not None:
             for item in self.scan.boxes:
                 add(item.box.id, 'belt')
         # A box that came back may have to wait at the induct for its place on the belt.
         on_the_way = self.scan is not None and bool(self.scan.boxes or self.scan.remaining)
-        for box_id, where in found.items():
+        for box_id, where in places.items():
             last = self.events.get(box_id)
             if on_the_way and not where and (last is None or last.event is BoxEventKind.RETURNED):
                 where.append('belt')
         for box_id, event in self.events.items():
             if event.event in (BoxEventKind.REJECTED, BoxEventKind.LOST):
-                found[box_id].append(_FINAL[event.event])
-            elif event.event in (BoxEventKind.PICKED, BoxEventKind.UNKNOWN) and not found[box_id]:
-                found[box_id].append(_PASSING[event.event])
-        return found
+                places[box_id].append(_FINAL[event.event])
+            elif event.event in (BoxEventKind.PICKED, BoxEventKind.UNKNOWN) and not places[box_id]:
+                places[box_id].append(_PASSING[event.event])
+        return places
 
     def count(self, kind: BoxEventKind) -> int:
         """Boxes whose last event is ``kind``."""
@@ -212,23 +219,21 @@ class RunRecord:
     def ids_in_bins(self) -> set[str]:
         """Every box that is in a bin, archived or not."""
         archived = {} if self.archive is None else self.archive.where
-        live = {placed.box.id for one in self.every_bin() for placed in one.boxes}
+        live = {placed.box.id for known in self.every_bin() for placed in known.boxes}
         return live | {box_id for box_id, where in archived.items() if where != 'rejected'}
 
     def bin_figures(self, profile: Profile) -> tuple[list[BinFigures], list[BinFigures]]:
         """Figures of the closed bins and of those that stand, each in the order of opening."""
         archived = [] if self.archive is None else self.archive.bins
         closed, still_open = (
-            [bin_figures(one, self.true_bin(one), profile) for one in bins.values()]
+            [bin_figures(measured, self.true_bin(measured), profile) for measured in bins.values()]
             for bins in (self.closed, self.bins)
         )
-        in_order = (sorted(some, key=lambda one: one.serial) for some in (closed, still_open))
-        closed, still_open = in_order
-        return sorted([*archived, *closed], key=lambda one: one.serial), still_open
+        return _by_serial([*archived, *closed]), _by_serial(still_open)
 
-    def true_bin(self, one: Bin) -> Bin:
-        """``one`` with the true sizes of its boxes, as far as these are known."""
-        return replace(one, boxes=tuple(map(self._truly, one.boxes)))
+    def true_bin(self, measured: Bin) -> Bin:
+        """``measured`` with the true sizes of its boxes, as far as these are known."""
+        return replace(measured, boxes=tuple(map(self._truly, measured.boxes)))
 
     def _truly(self, placed: PlacedBox) -> PlacedBox:
         true = self.true_boxes.get(placed.box.id)
@@ -258,7 +263,7 @@ class RunRecord:
         scan = self.scan
         if scan is None or scan.remaining != 0 or scan.boxes or self.settled < scan.supplied:
             return False
-        in_bins = sum(len(one.boxes) for one in self.every_bin())
+        in_bins = sum(len(known.boxes) for known in self.every_bin())
         in_bins += 0 if self.archive is None else self.archive.in_bins
         return in_bins == self.count(BoxEventKind.PLACED)
 
@@ -285,6 +290,10 @@ class RunRecord:
         if missing > 0:
             lines.append(f'{missing} boxes were supplied that no topic ever showed')
         return lines
+
+
+def _by_serial(figures: Iterable[BinFigures]) -> list[BinFigures]:
+    return sorted(figures, key=lambda of_bin: of_bin.serial)
 
 
 def _remember(known: dict[Any, Any], key: object, value: object) -> None:

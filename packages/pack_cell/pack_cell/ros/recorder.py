@@ -100,14 +100,14 @@ class Recorder(Node):
         self.record.on_bins(conversions.bins_from_ros(msg))
 
     def _on_closed(self, msg: BinState) -> None:
-        one = conversions.bin_from_ros(msg)
-        known = one.id in self.record.closed
-        self.record.on_closed(one)
+        closed = conversions.bin_from_ros(msg)
+        known = closed.id in self.record.closed
+        self.record.on_closed(closed)
         if not known:
-            self._listener('closed', one)
+            self._listener('closed', closed)
 
 
-class Ears:
+class SteppedRecorder:
     """A recorder that is spun by its owner, step by step; leaves signals to the owner."""
 
     def __init__(self, record: RunRecord, listener: Listener) -> None:

@@ -64,11 +64,11 @@ class RunDisplay:
 
     def _tell_closed(self, *, at_last: bool = False) -> None:
         """Print bins once all that went into them is printed; bins and reports may overtake."""
-        for one in list(self._closed):
-            if at_last or not any(self._is_awaited(placed.box.id) for placed in one.boxes):
-                self._closed.remove(one)
-                boxes, fill = f'{len(one.boxes)} boxes', f'{100 * one.fill_rate:.1f} % full'
-                self.say(f'[cyan]       bin {one.id} closed: {boxes}, {fill}[/]')
+        for closed in list(self._closed):
+            if at_last or not any(self._is_awaited(placed.box.id) for placed in closed.boxes):
+                self._closed.remove(closed)
+                boxes, fill = f'{len(closed.boxes)} boxes', f'{100 * closed.fill_rate:.1f} % full'
+                self.say(f'[cyan]       bin {closed.id} closed: {boxes}, {fill}[/]')
 
     def _is_awaited(self, box_id: str) -> bool:
         report = self._record.reports.get(box_id)

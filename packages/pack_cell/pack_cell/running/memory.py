@@ -29,8 +29,8 @@ class MemoryWatch:
 
     def measure(self, pids: Mapping[str, int], share: float) -> None:
         """``share`` of the run is over, 0 to 1."""
-        found = {name: resident_mb(pid) for name, pid in {**pids, 'cell': os.getpid()}.items()}
-        known = {name: size for name, size in found.items() if size is not None}
+        sizes = {name: resident_mb(pid) for name, pid in {**pids, 'cell': os.getpid()}.items()}
+        known = {name: size for name, size in sizes.items() if size is not None}
         if not self._early and share >= EARLY:
             self._early = known
         self._late = known or self._late

@@ -29,7 +29,7 @@ from pack_cell.running.ros_domain import DomainTaken, hold_domain
 from pack_cell.running.supervisor import Supervisor
 
 if TYPE_CHECKING:
-    from pack_cell.ros.recorder import Ears
+    from pack_cell.ros.recorder import SteppedRecorder
 
 EXIT_OK = 0
 EXIT_PROBLEM = 1
@@ -46,7 +46,7 @@ REPORT_PATIENCE_S = 1.0
 
 
 @dataclass(frozen=True)
-class Ending:
+class RunEnding:
     """How the watching of a run came to its end: an exit code and, unless all is well, why."""
 
     code: int
@@ -59,8 +59,8 @@ class StopRequest:
 
     def __init__(self) -> None:
         self.signal: int | None = None
-        for one in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(one, self._on_signal)
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._on_signal)
 
     def _on_signal(self, number: int, frame: FrameType | None) -> None:
         self.signal = number
@@ -103,7 +103,7 @@ def run(options: RunOptions, command: Sequence[str]) -> int:
     )
     rules = execution_profile(options.profile, options.size_sigmas, options.grasp_faces)
     record = RunRecord(archive=Archive(folder / 'placements.jsonl', rules))
-    watch = Watch(options, supervisor, record, stop, began, folder)
+    watch = RunWatch(options, supervisor, record, stop, began, folder)
     with RunDisplay(record, quiet=options.quiet) as display:
         if lock.number:
             display.say(f'this cell runs in ROS domain {lock.number}: export ROS_DOMAIN_ID to join')
@@ -152,7 +152,7 @@ def write_pids(folder: Path, supervisor: Supervisor) -> None:
 
 
 @dataclass
-class Watch:
+class RunWatch:
     """Listens to the cell until the run is complete, stopped, broken or stalled."""
 
     options: RunOptions
@@ -165,15 +165,15 @@ class Watch:
 
     def __post_init__(self) -> None:
         self.problems: list[str] = []
-        self._ears: Ears | None = None
+        self._recorder: SteppedRecorder | None = None
         self.memory = MemoryWatch()
         self._measured_s = -math.inf
         self._last_change = time.monotonic()
 
-    def until_done(self, display: RunDisplay) -> Ending:
+    def until_done(self, display: RunDisplay) -> RunEnding:
         """Spin the recorder and mind the nodes; return how it ended."""
         # ROS takes half a second to load; the nodes load theirs meanwhile.
-        from pack_cell.ros.recorder import Ears
+        from pack_cell.ros.recorder import SteppedRecorder
 
         def on_change(kind: str, value: object) -> None:
             self._last_change = time.monotonic()
@@ -181,27 +181,27 @@ class Watch:
                 self.first_decision_s = self._last_change - self.began
             display.on_change(kind, value)
 
-        self._ears = ears = Ears(self.record, on_change)
+        self._recorder = recorder = SteppedRecorder(self.record, on_change)
         while True:
-            ears.listen(0.1)
+            recorder.listen(0.1)
             ending = self._ending(display)
             if ending is not None:
                 return ending
 
     def close(self) -> None:
         """Hear the last words of the nodes, which have ended, and stop listening."""
-        ears, self._ears = self._ears, None
-        if ears is not None:
-            ears.drain(LAST_WORDS_S)
-            self.problems += ears.close()
+        recorder, self._recorder = self._recorder, None
+        if recorder is not None:
+            recorder.drain(LAST_WORDS_S)
+            self.problems += recorder.close()
 
-    def _ending(self, display: RunDisplay) -> Ending | None:
+    def _ending(self, display: RunDisplay) -> RunEnding | None:
         if self.stop.signal is not None:
             name = signal.Signals(self.stop.signal).name
-            return Ending(EXIT_OK, f'stopped by {name} before the stream ended')
+            return RunEnding(EXIT_OK, f'stopped by {name} before the stream ended')
         for death in self.supervisor.poll():
             if not death.respawned:
-                return Ending(EXIT_NODE_DIED, str(death), death.tail())
+                return RunEnding(EXIT_NODE_DIED, str(death), death.tail())
             self._last_change = time.monotonic()
             write_pids(self.folder, self.supervisor)
             display.say(f'[red]       {death}; started again[/]')
@@ -210,11 +210,11 @@ class Watch:
         if self.record.complete():
             reported = self.record.all_reported()
             if idle > (LAST_WORDS_S if reported else REPORT_PATIENCE_S):
-                return Ending(EXIT_OK)
+                return RunEnding(EXIT_OK)
         if idle > self.options.stall_timeout_s:
             left = self.record.supplied - self.record.settled
             reason = f'nothing has happened for {idle:.0f} s, {left} boxes have not come to an end'
-            return Ending(EXIT_STALLED, reason)
+            return RunEnding(EXIT_STALLED, reason)
         return None
 
     def _measure(self) -> None:

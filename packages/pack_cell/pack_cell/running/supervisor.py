@@ -27,7 +27,7 @@ class NodeSpec:
 
 
 @dataclass
-class _Running:
+class _RunningNode:
     spec: NodeSpec
     process: subprocess.Popen[bytes]
     log: IO[bytes]
@@ -35,7 +35,7 @@ class _Running:
 
 
 @dataclass(frozen=True)
-class Death:
+class NodeDeath:
     """A node that ended although nobody asked it to."""
 
     name: str
@@ -67,7 +67,7 @@ class Supervisor:
     specs: Sequence[NodeSpec]
     environment: Mapping[str, str]
     respawn: bool = False
-    _running: dict[str, _Running] = field(default_factory=dict)
+    _running: dict[str, _RunningNode] = field(default_factory=dict)
 
     def start(self) -> None:
         """Start every node."""
@@ -75,7 +75,7 @@ class Supervisor:
             spec.log.parent.mkdir(parents=True, exist_ok=True)
             self._running[spec.name] = self._spawn(spec)
 
-    def _spawn(self, spec: NodeSpec) -> _Running:
+    def _spawn(self, spec: NodeSpec) -> _RunningNode:
         log = spec.log.open('ab')
         command = list(spec.command)
         setpriv = shutil.which('setpriv')
@@ -89,47 +89,47 @@ class Supervisor:
             env=dict(os.environ, **self.environment),
             start_new_session=True,  # Ctrl-C in the terminal reaches the supervisor alone
         )
-        return _Running(spec, process, log)
+        return _RunningNode(spec, process, log)
 
     def pids(self) -> dict[str, int]:
         """Process id of each node that runs, by name."""
-        return {name: one.process.pid for name, one in self._running.items()}
+        return {name: running.process.pid for name, running in self._running.items()}
 
-    def poll(self) -> list[Death]:
+    def poll(self) -> list[NodeDeath]:
         """Reap nodes that ended unasked; start them again if ``respawn`` is set."""
         deaths = []
-        for name, one in list(self._running.items()):
-            code = one.process.poll()
+        for name, running in list(self._running.items()):
+            code = running.process.poll()
             if code is None:
                 continue
-            one.log.close()
-            again = self.respawn and one.respawns < MAX_RESPAWNS
+            running.log.close()
+            again = self.respawn and running.respawns < MAX_RESPAWNS
             if again:
-                fresh = self._spawn(one.spec)
-                fresh.respawns = one.respawns + 1
+                fresh = self._spawn(running.spec)
+                fresh.respawns = running.respawns + 1
                 self._running[name] = fresh
             else:
                 del self._running[name]
-            deaths.append(Death(name, code, one.spec.log, again))
+            deaths.append(NodeDeath(name, code, running.spec.log, again))
         return deaths
 
     def stop(self) -> dict[str, int]:
         """End every node, politely first; return their exit codes by name."""
         codes: dict[str, int] = {}
         for sig in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
-            for one in self._running.values():
-                if one.process.poll() is None:
-                    one.process.send_signal(sig)
+            for running in self._running.values():
+                if running.process.poll() is None:
+                    running.process.send_signal(sig)
             end = time.monotonic() + STOP_PATIENCE_S
-            for name, one in self._running.items():
+            for name, running in self._running.items():
                 try:
                     left = max(0.0, end - time.monotonic())
-                    codes[name] = one.process.wait(timeout=left)
+                    codes[name] = running.process.wait(timeout=left)
                 except subprocess.TimeoutExpired:
                     continue
             if len(codes) == len(self._running):
                 break
-        for one in self._running.values():
-            one.log.close()
+        for running in self._running.values():
+            running.log.close()
         self._running.clear()
         return codes
