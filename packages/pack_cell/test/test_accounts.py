@@ -39,8 +39,8 @@ def shown(supplied=6):
 
 
 def test_every_box_that_was_fed_is_counted_once():
-    found = accounts(BOOKS, shown())
-    assert found == {
+    counts = accounts(BOOKS, shown())
+    assert counts == {
         'fed': 6,
         'placed': 1,
         'rejected': {'no_read': 1, 'fault': 1},
@@ -87,8 +87,8 @@ def test_the_ledger_of_a_conveyor_is_read_as_it_was_written(tmp_path):
     ]
     written.save(records, {'statistics': '{"longest_wait_s": 4.0}'})
     written.close()
-    found = read_books(tmp_path)
-    assert found == BoxAccounts(
+    books = read_books(tmp_path)
+    assert books == BoxAccounts(
         {'a': 'placed', 'b': 'rejected'}, {'b': Reason.NO_READ}, {'longest_wait_s': 4.0}
     )
 
@@ -109,9 +109,9 @@ def test_fill_counts_true_sizes_and_a_second_scan_replaces_the_first():
     record = shown()
     true = replace(BOX, size_mm=(310.0, 200.0, 100.0))
     record.on_truth(Scan(0, 1.0, (ScannedBox(true, Pose()),)))
-    one = record.true_bin(BIN)
-    assert one.boxes[0].box.size_mm == true.size_mm
-    assert one.boxes[0].size_mm == PLACED.size_mm
+    true_bin = record.true_bin(BIN)
+    assert true_bin.boxes[0].box.size_mm == true.size_mm
+    assert true_bin.boxes[0].size_mm == PLACED.size_mm
     again = replace(BOX, id='c', size_mm=(1.0, 2.0, 3.0))
     record.on_scan(Scan(2, 2.0, (ScannedBox(again, Pose()),)))
     assert record.boxes['c'] == again
@@ -121,7 +121,7 @@ def test_events_are_counted_by_what_happened_last():
     record = RunRecord()
     for stamp, kind in enumerate((BoxEventKind.PICKED, BoxEventKind.UNKNOWN, BoxEventKind.PLACED)):
         record.on_event(BoxEvent('a', kind, stamp_s=stamp + 1.0))
-        assert [one for one in BoxEventKind if record.count(one)] == [kind]
+        assert [counted for counted in BoxEventKind if record.count(counted)] == [kind]
         assert record.unknown() == (kind is BoxEventKind.UNKNOWN)
     record.on_event(BoxEvent('a', BoxEventKind.LOST, stamp_s=0.5))
     assert record.settled == record.count(BoxEventKind.PLACED) == 1
@@ -140,7 +140,7 @@ def test_memory_is_measured_at_a_tenth_and_at_the_end():
     assert watch.summary()['cell']['at_10_percent'] is None
     watch.measure({}, 0.2)
     watch.measure({'gone': 2**22 - 1}, 1.0)
-    found = watch.summary()
-    assert set(found) == {'cell'}
-    assert found['cell']['at_10_percent'] > 1.0 and found['cell']['at_end'] > 1.0
+    summary = watch.summary()
+    assert set(summary) == {'cell'}
+    assert summary['cell']['at_10_percent'] > 1.0 and summary['cell']['at_end'] > 1.0
     assert resident_mb(2**22 - 1) is None

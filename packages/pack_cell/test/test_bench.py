@@ -75,8 +75,8 @@ def test_a_box_file_is_packed_in_its_order_or_shuffled():
     in_order = collection(case(in_order=True), SETTINGS, 0)
     assert in_order == CARTONS
     shuffled = [collection(case(in_order=True, shuffle=s), SETTINGS, 0) for s in (1, 2, 3, 4)]
-    assert all(sorted(one, key=id) == sorted(CARTONS, key=id) for one in shuffled)
-    assert any(one != CARTONS for one in shuffled)
+    assert all(sorted(order, key=id) == sorted(CARTONS, key=id) for order in shuffled)
+    assert any(order != CARTONS for order in shuffled)
 
 
 # protocol
@@ -90,7 +90,7 @@ def replay(packed, spec, boxes):
         assert event['step'] == step
         serial = event['bin_serial']
         if event['event'] == 'close':
-            fills = {s: one.fill_rate for s, one in standing.items()}
+            fills = {number: content.fill_rate for number, content in standing.items()}
             assert fills[serial] == max(fills.values()), 'not the fullest bin was closed'
             closed.append(standing.pop(serial))
             continue
@@ -114,7 +114,7 @@ def test_a_plan_can_be_replayed_and_breaks_no_rule(name, profile):
     assert validate_bins(bins, settings.profile) == []
     assert set(left) == {entry['id'] for entry in packed.unplaced}
     assert packed.closed_bins == sum(event['event'] == 'close' for event in packed.events) > 0
-    closed = [one.fill_rate for one in bins[: packed.closed_bins]]
+    closed = [content.fill_rate for content in bins[: packed.closed_bins]]
     assert packed.fills['fill_closed'] == pytest.approx(100 * sum(closed) / len(closed))
     assert packed.fills['fill_first_failure'] == pytest.approx(100 * closed[0])
 
@@ -218,8 +218,8 @@ def test_a_record_says_what_was_asked_and_what_came_of_it(tmp_path):
         'paper', 'test', 3
     )  # fmt: skip
     lines = without_seconds(tmp_path / 'out.jsonl')
-    assert record['boxes'] == record['placed'] == sum(one['event'] == 'place' for one in lines)
-    assert record['closed_bins'] == sum(one['event'] == 'close' for one in lines)
+    assert record['boxes'] == record['placed'] == sum(line['event'] == 'place' for line in lines)
+    assert record['closed_bins'] == sum(line['event'] == 'close' for line in lines)
     assert record['statuses'] == {'optimal': record['placed']}
     assert 0 < record['fill_all'] <= record['fill_closed'] < 100
     assert record['fill_closed_ci95'] > 0 and record['fill_first_failure'] > 0
@@ -259,23 +259,23 @@ def test_an_interrupted_benchmark_goes_on_where_it_was(tmp_path, monkeypatch):
     plan = without_seconds(tmp_path / 'whole.jsonl')
     packed = []
 
-    def interrupted(one, settings, number):
-        packed.append((one.algorithm, number))
+    def interrupted(asked, settings, number):
+        packed.append((asked.algorithm, number))
         if len(packed) == 4:
             raise KeyboardInterrupt
-        return pack_collection(one, settings, number)
+        return pack_collection(asked, settings, number)
 
     monkeypatch.setattr(runner, 'pack_collection', interrupted)
     with pytest.raises(KeyboardInterrupt):
         bench(cases, tmp_path)
-    assert [one['algorithm'] for one in json.loads((tmp_path / 'out.json').read_text())] == [
+    assert [record['algorithm'] for record in json.loads((tmp_path / 'out.json').read_text())] == [
         'first_fit'
     ]
     records, _ = bench(cases, tmp_path)
     assert packed[4:] == [('mpack_lite', 1)]
     assert without_seconds(tmp_path / 'out.jsonl') == plan
-    assert [{**one, 'decision_s': 0} for one in records] == [
-        {**one, 'decision_s': 0} for one in whole
+    assert [{**record, 'decision_s': 0} for record in records] == [
+        {**record, 'decision_s': 0} for record in whole
     ]
 
 
@@ -284,7 +284,7 @@ def test_other_settings_are_another_record(tmp_path):
     bench([case('first_fit', collections=2)], tmp_path)
     records, calls = bench([case('first_fit')], tmp_path)
     assert len(json.loads((tmp_path / 'out.json').read_text())) == 2
-    assert [one['collections'] for one in records] == [1]
+    assert [record['collections'] for record in records] == [1]
     assert calls == [(case('first_fit'), 1, 1)]
 
 

@@ -33,12 +33,12 @@ def states(engine, spec, boxes, look_ahead, open_bins):
     bins = [Bin(f'bin-{i}', i, spec) for i in range(1, open_bins + 1)]
     belt, opened = list(boxes), open_bins
     while belt:
-        models = tuple(engine.model(one) for one in bins)
+        models = tuple(engine.model(standing) for standing in bins)
         problem = Problem(engine, tuple(belt[:look_ahead]), models, budget_s=60.0)
         choice = mpack_lite(problem)
         yield problem, choice
         if choice is None:
-            fullest = max(bins, key=lambda one: one.fill_rate)
+            fullest = max(bins, key=lambda standing: standing.fill_rate)
             bins.remove(fullest)
             opened += 1
             bins.append(Bin(f'bin-{opened}', opened, spec))
@@ -66,10 +66,10 @@ def test_on_sampled_states_of_whole_runs_every_backend_has_the_objective_of_the_
     else:
         spec, engine = parse_bin('60x40x40'), Engine(CELL)
         boxes = [carton(rng, number) for number in range(60)]
-    found = list(states(engine, spec, boxes, look_ahead=3, open_bins=2))
-    assert any(choice is None for _, choice in found), 'no bin was closed'
-    sampled = rng.sample(found, 5 if backend == 'cp_sat' else 3)
-    sampled += [one for one in found if one[1] is None][:1]
+    every_state = list(states(engine, spec, boxes, look_ahead=3, open_bins=2))
+    assert any(choice is None for _, choice in every_state), 'no bin was closed'
+    sampled = rng.sample(every_state, 5 if backend == 'cp_sat' else 3)
+    sampled += [state for state in every_state if state[1] is None][:1]
     for problem, choice in sampled:
         answer = mpack_lite(replace(problem, backend=backend))
         if choice is None:
@@ -83,11 +83,11 @@ def test_on_sampled_states_of_whole_runs_every_backend_has_the_objective_of_the_
 
 def first_objectives(problem, backend):
     """Objective of each box of the look-ahead alone: what PACKRULE minimises, without ties."""
-    found = []
+    objectives = []
     for box in problem.boxes:
         choice = mpack_lite(replace(problem, boxes=(box,), backend=backend))
-        found.append(math.inf if choice is None else choice.candidate.objective)
-    return found
+        objectives.append(math.inf if choice is None else choice.candidate.objective)
+    return objectives
 
 
 def case(backend, algorithm='mpack_lite'):
@@ -103,10 +103,10 @@ def test_records_and_tables_name_the_backend_and_keep_them_apart(tmp_path):
     results = ResultFile(path, None)
     records = run(cases, settings, Workers(), results, lambda *_: None)
     results.close()
-    assert [one['backend'] for one in records] == ['search', 'cp_sat', 'milp', None]
+    assert [record['backend'] for record in records] == ['search', 'cp_sat', 'milp', None]
     assert len(json.loads(path.read_text())) == 4
     column = HEADINGS.index('algorithm')
-    assert [row(one)[column] for one in records] == [
+    assert [row(record)[column] for record in records] == [
         'mpack_lite', 'mpack_lite, cp_sat', 'mpack_lite, milp', 'first_fit',
     ]  # fmt: skip
     headings, rows = table1(records)

@@ -43,7 +43,7 @@ def bench(folder, name, workers, progress=nothing):
         results.close()
     lines = [json.loads(line) for line in (folder / f'{name}.jsonl').read_text().splitlines()]
     plan = [{**line, 'seconds': 0} for line in lines]
-    return [{**one, 'decision_s': 0} for one in records], plan
+    return [{**record, 'decision_s': 0} for record in records], plan
 
 
 @pytest.fixture(scope='module')
@@ -115,8 +115,8 @@ def test_a_worker_is_no_scheduler_and_a_scheduler_needs_workers(tmp_path, monkey
     with in_this_process(0) as empty, pytest.raises(ValueError, match='has no workers'):
         bench(tmp_path, 'x', Workers(cluster=empty.scheduler_address))
     text = 'there is a Dask Worker and no scheduler'
-    with in_this_process(1) as one, pytest.raises(ValueError, match=text):
-        bench(tmp_path, 'x', Workers(cluster=one.workers[0].address))
+    with in_this_process(1) as alone, pytest.raises(ValueError, match=text):
+        bench(tmp_path, 'x', Workers(cluster=alone.workers[0].address))
 
 
 def test_without_dask_the_error_says_what_to_install(monkeypatch, tmp_path):

@@ -41,9 +41,9 @@ def test_it_prints_and_writes_all_it_is_asked_for(tmp_path, capsys):
     assert 'mpack_lite' in printed and 'first_fit' in printed and 'closed fill %' in printed
     assert '1 collections of built-in cartons, drawn with replacement' in printed
     records = json.loads(outputs['r.json'].read_text())
-    assert [one['algorithm'] for one in records] == ['first_fit', 'mpack_lite']
+    assert [record['algorithm'] for record in records] == ['first_fit', 'mpack_lite']
     lines = [json.loads(line) for line in outputs['p.jsonl'].read_text().splitlines()]
-    assert len(lines) == sum(one['placed'] + one['closed_bins'] for one in records)
+    assert len(lines) == sum(record['placed'] + record['closed_bins'] for record in records)
     place = next(line for line in lines if line['event'] == 'place')
     assert {'collection', 'step', 'box', 'bin_serial', 'position_mm', 'placed_size_mm',
             'objective', 'status', 'seconds'} <= place.keys()  # fmt: skip
@@ -56,7 +56,7 @@ def test_a_box_file_is_packed_and_what_does_not_fit_is_said(box_file, tmp_path, 
                  '--json', tmp_path / 'r.json') == 0  # fmt: skip
     (record,) = json.loads((tmp_path / 'r.json').read_text())
     assert (record['boxes'], record['placed']) == (5, 3)
-    assert [one['id'] for one in record['unplaced']] == ['bad', 'long']
+    assert [entry['id'] for entry in record['unplaced']] == ['bad', 'long']
     output = capsys.readouterr()
     assert "box 'long' 900x100x100 mm fits no empty 60x40x40 bin" in output.out
     assert 'column length_mm' in output.err and 'left out' in output.err
@@ -78,14 +78,14 @@ def test_paper_prints_table_1(capsys):
     (['--cep', 'off', 'on'], [
         ('first_fit', False), ('mpack_lite', False), ('mpack_lite', True), ('mpack', False),
         ('mpack', True)]),
-], ids=lambda one: ' '.join(one) if one and isinstance(one[0], str) else None)  # fmt: skip
+], ids=lambda words: ' '.join(words) if words and isinstance(words[0], str) else None)  # fmt: skip
 def test_contact_constraints_are_as_asked_or_as_in_the_paper(options, expected, tmp_path, capsys):
     few = ('--bins', '60x40x40', '--look-ahead', '2', '--collections', '1',
            '--budget-nodes', '50')  # fmt: skip
     path = tmp_path / 'r.json'
     assert bench(*few, '--algorithms', 'first_fit,mpack_lite,mpack', *options, '--json', path) == 0
     records = json.loads(path.read_text())
-    assert [(one['algorithm'], one['settings']['cep']) for one in records] == expected
+    assert [(record['algorithm'], record['settings']['cep']) for record in records] == expected
     assert ('mpack, CEP' in capsys.readouterr().out) == (('mpack', True) in expected)
 
 
@@ -144,5 +144,5 @@ def test_other_verbs_do_not_load_the_benchmark():
         "print([m for m in sys.modules if m.startswith('pack_cell.bench.') or m in ('joblib',"
         " 'matplotlib')])"
     )
-    found = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True)
-    assert found.stdout.strip() == "['pack_cell.bench.options']"
+    done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "['pack_cell.bench.options']"

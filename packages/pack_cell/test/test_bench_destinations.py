@@ -28,10 +28,10 @@ def case(algorithm='mpack_lite', look_ahead=4, **changes):
     return Case(algorithm, SMALL, look_ahead, 1, CollectionSource('test', CARTONS), **changes)
 
 
-def pack(destinations, one=None, open_bins=3):
+def pack(destinations, asked=None, open_bins=3):
     """Events of a run; boxes are the same whatever the number of destinations."""
     settings = replace(SETTINGS, destinations=destinations, open_bins=open_bins)
-    return pack_collection(one or case(), settings, 0)
+    return pack_collection(asked or case(), settings, 0)
 
 
 @pytest.mark.parametrize('algorithm', ['first_fit', 'o_best_fit', 'mpack_lite', 'walle'])
@@ -40,11 +40,11 @@ def test_every_box_goes_into_a_bin_of_its_destination_and_none_is_left(algorithm
     packed = pack(destinations, case(algorithm))
     placed = [event for event in packed.events if event['event'] == 'place']
     assert len(placed) == packed.boxes and packed.unplaced == ()
-    assert {one['box']['destination'] for one in placed} == {
+    assert {event['box']['destination'] for event in placed} == {
         f'destination {k + 1}' for k in range(destinations)
     }
-    for one in placed:
-        assert one['box']['destination'] == one['bin_destination']
+    for event in placed:
+        assert event['box']['destination'] == event['bin_destination']
 
 
 def test_boxes_are_the_same_with_and_without_destinations():
@@ -93,9 +93,9 @@ def test_a_box_with_no_open_bin_goes_round_and_blocks_nobody():
     for event in packed.events:
         if event['event'] == 'close':
             continue
-        box = next(one for one in waiting if one.id == event['box']['id'])
+        box = next(waits for waits in waiting if waits.id == event['box']['id'])
         ahead = waiting[: waiting.index(box)]
-        assert all(one.destination != box.destination for one in ahead)
+        assert all(passed.destination != box.destination for passed in ahead)
         overtaken += bool(ahead)
         waiting.remove(box)
     assert not waiting and overtaken > 0

@@ -30,7 +30,9 @@ def outcome(folder):
     """Records and plan without what was measured."""
     records = json.loads((folder / 'r.json').read_text())
     plan = [json.loads(line) for line in (folder / 'p.jsonl').read_text().splitlines()]
-    return [{**one, 'decision_s': 0} for one in records], [{**one, 'seconds': 0} for one in plan]
+    return [{**record, 'decision_s': 0} for record in records], [
+        {**line, 'seconds': 0} for line in plan
+    ]
 
 
 @pytest.fixture(scope='module')

@@ -33,23 +33,23 @@ def test_defaults_are_those_of_the_run_in_real_time():
         if named.declaration.launched and named.key != 'speed':
             assert arguments[named.argument].default == named.declaration.default
     defaults = {name: argument.default for name, argument in arguments.items()}
-    found = launched_nodes(defaults, state_dir='/somewhere')
-    assert set(found) == {'conveyor', 'planner', 'arm_executor'}
-    assert found['conveyor']['size_sigma'] == 2.0 and found['planner']['size_sigmas'] == 2.0
-    assert found['conveyor']['speed'] == found['arm_executor']['speed'] == 1.0
-    assert found['planner']['max_payload_kg'] > 0
-    assert found['conveyor']['state_dir'] == found['arm_executor']['state_dir'] == '/somewhere'
+    nodes = launched_nodes(defaults, state_dir='/somewhere')
+    assert set(nodes) == {'conveyor', 'planner', 'arm_executor'}
+    assert nodes['conveyor']['size_sigma'] == 2.0 and nodes['planner']['size_sigmas'] == 2.0
+    assert nodes['conveyor']['speed'] == nodes['arm_executor']['speed'] == 1.0
+    assert nodes['planner']['max_payload_kg'] > 0
+    assert nodes['conveyor']['state_dir'] == nodes['arm_executor']['state_dir'] == '/somewhere'
 
 
 def test_arguments_become_parameters_of_the_nodes_that_they_are_about():
-    found = launched_nodes(
+    nodes = launched_nodes(
         {
             'belt_mode': 'continuous', 'arrivals': 'poisson:900', 'jams': 'random:600,20',
             'faults': 'all=0.01', 'scan_sigma': '3', 'size_sigmas': '1', 'max_laps': '7',
             'destinations': '2', 'arm': 'timed',
         }
     )  # fmt: skip
-    conveyor = found['conveyor']
+    conveyor = nodes['conveyor']
     assert (conveyor['belt_mode'], conveyor['arrivals'], conveyor['jams']) == (
         'continuous', 'poisson:900', 'random:600,20',
     )  # fmt: skip
@@ -58,8 +58,8 @@ def test_arguments_become_parameters_of_the_nodes_that_they_are_about():
         3.0,
         7,
     )
-    assert found['planner']['size_sigmas'] == found['arm_executor']['size_sigmas'] == 1.0
-    assert (conveyor['destinations'], found['arm_executor']['destinations']) == (2, 'D1,D2')
+    assert nodes['planner']['size_sigmas'] == nodes['arm_executor']['size_sigmas'] == 1.0
+    assert (conveyor['destinations'], nodes['arm_executor']['destinations']) == (2, 'D1,D2')
 
 
 @pytest.mark.parametrize(
@@ -102,8 +102,8 @@ def test_a_cell_that_cannot_be_run_is_refused():
     ],
 )
 def test_the_planner_takes_a_box_before_the_conveyor_rejects_it(max_laps, belt_mode, expected):
-    found = launched_nodes({'max_laps': max_laps, 'belt_mode': belt_mode})
-    assert found['planner']['max_passed_over'] == expected
+    nodes = launched_nodes({'max_laps': max_laps, 'belt_mode': belt_mode})
+    assert nodes['planner']['max_passed_over'] == expected
 
 
 class Recorded:
@@ -141,7 +141,9 @@ def launch_file(monkeypatch):
 def launched(launch_file, **given):
     """The nodes that the launch file makes of what is given on the command line."""
     *arguments, function = launch_file['generate_launch_description']().positional[0]
-    texts = {one.positional[0]: one.named['default_value'] for one in arguments} | given
+    texts = {
+        argument.positional[0]: argument.named['default_value'] for argument in arguments
+    } | given
     context = types.SimpleNamespace(launch_configurations=texts)
     return {node.named['executable']: node.named for node in function.named['function'](context)}
 

@@ -46,7 +46,7 @@ def test_short_arm_is_refused_with_the_reason_and_code_1(capsys):
 def test_short_arm_in_its_own_layout_packs_small_bins(robot):
     verdict = judge(find_layout('', robot), parse_bin('SYN'), samples=2, least=0.9)
     assert verdict.refusal == ''
-    assert all(one.within(8.0) == 1.0 for one in verdict.stations)
+    assert all(reach.within(8.0) == 1.0 for reach in verdict.stations)
 
 
 def test_share_below_the_threshold_is_refused_with_both_shares(capsys):

@@ -92,8 +92,8 @@ def test_what_the_conveyor_cannot_do_is_one_line_that_names_the_option(arguments
 def test_the_scanner_is_as_good_as_the_profile_says_unless_told_otherwise(
     arguments, sigma_mm, sigmas
 ):
-    found = parse_run_options(arguments)
-    assert (found.scan_sigma_mm, found.size_sigmas) == (sigma_mm, sigmas)
+    options = parse_run_options(arguments)
+    assert (options.scan_sigma_mm, options.size_sigmas) == (sigma_mm, sigmas)
 
 
 def test_a_missing_box_file_is_one_line(tmp_path, capsys):
@@ -132,17 +132,17 @@ def test_defaults_are_the_demo_settings():
 )
 def test_the_planner_knows_what_the_robot_lifts(arguments, payload, tmp_path):
     options = parse_run_options(arguments)
-    found = node_parameters(tmp_path, options)
-    assert found['planner']['max_payload_kg'] == payload
-    assert found['arm_executor']['robot'] == options.robot
+    parameters = node_parameters(tmp_path, options)
+    assert parameters['planner']['max_payload_kg'] == payload
+    assert parameters['arm_executor']['robot'] == options.robot
 
 
 def test_parameters_of_the_planner_reach_its_node(tmp_path):
     given = ['cep=true', 'max_passed_over=7', 'large_until=0.25', 'weights=1,1,50 RC:2,1,50']
-    arguments = [word for one in given for word in ('--planner', one)]
-    found = node_parameters(tmp_path, parse_run_options(arguments))['planner']
-    assert (found['cep'], found['max_passed_over']) == (True, 7)
-    assert (found['large_until'], found['weights']) == (0.25, '1,1,50 RC:2,1,50')
+    arguments = [word for text in given for word in ('--planner', text)]
+    parameters = node_parameters(tmp_path, parse_run_options(arguments))['planner']
+    assert (parameters['cep'], parameters['max_passed_over']) == (True, 7)
+    assert (parameters['large_until'], parameters['weights']) == (0.25, '1,1,50 RC:2,1,50')
 
 
 @pytest.mark.parametrize(

@@ -133,7 +133,7 @@ def test_a_closed_bin_leaves_the_open_ones_whatever_comes_first():
     record = finished_record()
     record.on_closed(OPEN)
     record.on_bins(BinSnapshot(1, 4.0, (OPEN,)))
-    assert [one.id for one in record.every_bin()] == ['LDC-1']
+    assert [known.id for known in record.every_bin()] == ['LDC-1']
 
 
 def test_repeated_and_outdated_events_change_nothing():

@@ -28,15 +28,15 @@ def wait_for(condition, seconds=10.0):
     """Poll ``condition`` until it gives something true; fail after ``seconds``."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
-        found = condition()
-        if found:
-            return found
+        value = condition()
+        if value:
+            return value
         time.sleep(0.01)
     pytest.fail(f'{condition} did not come true in {seconds} s')
 
 
-def is_up(one: NodeSpec) -> bool:
-    return one.log.exists() and 'up' in one.log.read_text()
+def is_up(node: NodeSpec) -> bool:
+    return node.log.exists() and 'up' in node.log.read_text()
 
 
 def test_a_node_that_dies_is_reported_with_its_code_and_the_end_of_its_log(tmp_path):
@@ -49,8 +49,8 @@ def test_a_node_that_dies_is_reported_with_its_code_and_the_end_of_its_log(tmp_p
 
 
 def test_a_killed_node_is_reported_with_the_signal(tmp_path):
-    one = spec(tmp_path, 'arm', PATIENT)
-    supervisor = Supervisor([one], {})
+    node = spec(tmp_path, 'arm', PATIENT)
+    supervisor = Supervisor([node], {})
     supervisor.start()
     os.kill(supervisor.pids()['arm'], signal.SIGKILL)
     [death] = wait_for(supervisor.poll)
@@ -58,8 +58,8 @@ def test_a_killed_node_is_reported_with_the_signal(tmp_path):
 
 
 def test_with_respawn_a_dead_node_comes_back(tmp_path):
-    one = spec(tmp_path, 'arm', PATIENT)
-    supervisor = Supervisor([one], {}, respawn=True)
+    node = spec(tmp_path, 'arm', PATIENT)
+    supervisor = Supervisor([node], {}, respawn=True)
     supervisor.start()
     first = supervisor.pids()['arm']
     os.kill(first, signal.SIGKILL)
@@ -70,10 +70,10 @@ def test_with_respawn_a_dead_node_comes_back(tmp_path):
 
 
 def test_stop_ends_nodes_with_sigint_first(tmp_path):
-    one = spec(tmp_path, 'polite', POLITE)
-    supervisor = Supervisor([one], {})
+    node = spec(tmp_path, 'polite', POLITE)
+    supervisor = Supervisor([node], {})
     supervisor.start()
-    wait_for(lambda: is_up(one))
+    wait_for(lambda: is_up(node))
     assert supervisor.stop() == {'polite': 0}
 
 
@@ -83,8 +83,8 @@ def test_nodes_do_not_outlive_a_supervisor_that_is_killed(tmp_path):
         'import sys, signal\n'
         'from pathlib import Path\n'
         'from pack_cell.running.supervisor import NodeSpec, Supervisor\n'
-        f'one = NodeSpec("child", [sys.executable, "-c", {PATIENT!r}], Path({str(log)!r}))\n'
-        'supervisor = Supervisor([one], {})\n'
+        f'child = NodeSpec("child", [sys.executable, "-c", {PATIENT!r}], Path({str(log)!r}))\n'
+        'supervisor = Supervisor([child], {})\n'
         'supervisor.start()\n'
         'print(supervisor.pids()["child"], flush=True)\n'
         'signal.pause()\n'
