@@ -122,6 +122,25 @@ CHANGES = [
 ]
 
 
+@pytest.fixture
+def own_algorithm(tmp_path):
+    path = tmp_path / 'mine.py'
+    path.write_text(
+        'from pack_planner import find_algorithm\n'
+        "def my_rule(problem): return find_algorithm('dbl')(problem)\n"
+    )
+    return f'{path}:my_rule'
+
+
+def test_an_algorithm_of_ones_own_decides(domain, own_algorithm):
+    with cell(domain, boxes(3), look_ahead=2) as (peers, node):
+        (answer,) = node.set_parameters([Parameter('algorithm', value=own_algorithm)])
+        assert answer.successful, answer.reason
+        peers.send_all()
+        decisions = [peers.goals.wait(number + 1) for number in range(3)]
+        assert {decision.algorithm for _, decision in decisions} == {'mine.py:my_rule'}
+
+
 def test_every_option_may_change_between_two_boxes(domain):
     stream = boxes(3 * len(CHANGES))
     algorithm = 'mpack_lite'

@@ -11,6 +11,7 @@ from typing import TypeVar
 
 from pack_msgs_py.plug_ins import (
     PlugInError,
+    absolute_place,
     content_digest,
     load_plug_in,
     plug_ins_by_name,
@@ -162,8 +163,8 @@ def find_algorithm(which: str | Algorithm, digest: str = '') -> AlgorithmSpec:
     if which in SPECS:
         return SPECS[which]
     if which in BUILT_IN:
-        import_module(f'{_FOLDER}.{which}')
-        return SPECS[which]
+        return _of_function(getattr(import_module(f'{_FOLDER}.{which}'), which))
+    which = absolute_place(which)
     if which not in _plug_ins or digest not in ('', _plug_ins[which].digest):
         _plug_ins[which] = _of_plug_in(which)
     found = _plug_ins[which]
