@@ -12,10 +12,10 @@ def arm():
 
     from arm_executor.arms.physics.arm import PhysicsArm
 
-    one = PhysicsArm()
-    one.set_bins(empty('A', 'B'), {})
-    yield one
-    one.close()
+    arm = PhysicsArm()
+    arm.set_bins(empty('A', 'B'), {})
+    yield arm
+    arm.close()
 
 
 @pytest.fixture

@@ -49,7 +49,7 @@ class CoreBench:
             assert self._news.wait_for(condition, TIMEOUT_S), self.said
 
     def of(self, kind):
-        return [one for one in list(self.said) if isinstance(one, kind)]
+        return [output for output in list(self.said) if isinstance(output, kind)]
 
     def place(self, box, corner_mm=(0, 0, 0), *, revision=1, travel_s=None, in_s=60.0):
         """Present ``box`` and place it; the report."""
@@ -61,7 +61,9 @@ class CoreBench:
         return self.of(Finished)[-1].report
 
     def events(self, box):
-        return [one.event.event.name for one in self.of(Happened) if one.event.box_id == box.id]
+        return [
+            output.event.event.name for output in self.of(Happened) if output.event.box_id == box.id
+        ]
 
     def boxes(self):
         return [placed.box.id for placed in self.book.state.bins[0].boxes]

@@ -88,8 +88,8 @@ class ExecutorBench:
 
     def wait_mode(self, mode):
         def in_mode():
-            found = self.of('executor_state')
-            return bool(found) and found[-1].mode == mode
+            states = self.of('executor_state')
+            return bool(states) and states[-1].mode == mode
 
         self.wait(in_mode, f'mode {mode}')
         return self
@@ -106,7 +106,7 @@ class ExecutorBench:
     def statuses(self):
         """Every status that a goal was seen in."""
         return [
-            one.status for msg in self.of('place_box/_action/status') for one in msg.status_list
+            goal.status for msg in self.of('place_box/_action/status') for goal in msg.status_list
         ]
 
     def bins(self):
@@ -151,14 +151,17 @@ class ExecutorBench:
             self._news.notify_all()
 
     def wait_phase(self, phase):
-        self.wait(lambda: any(one.phase == phase for one in list(self.feedback)), f'phase {phase}')
+        self.wait(
+            lambda: any(feedback.phase == phase for feedback in list(self.feedback)),
+            f'phase {phase}',
+        )
 
     def result(self, handle):
         """(status, result) of the goal."""
-        found = self._await(handle.get_result_async(), 'result')
+        reply = self._await(handle.get_result_async(), 'result')
         with self._news:
-            self.heard.append(('result', found.result, time.monotonic()))
-        return found.status, found.result
+            self.heard.append(('result', reply.result, time.monotonic()))
+        return reply.status, reply.result
 
     def place(self, decision, **goal_options):
         """Show, send, wait: (status, result)."""

@@ -71,11 +71,11 @@ def make_goal(decision: Decision, *, deadline_s=1e12, number=1, **changes) -> Pl
 
 def make_scan(*boxes: Box, stamp_s: float, presented: str = '', sequence: int = 1) -> Scan:
     """Boxes in a row behind the pick point; ``presented`` is held there, first in the row."""
-    found, way = [], 0.0
+    scanned, way = [], 0.0
     for box in boxes:
         x, y, z = pick_of(box).position
         at_pick = box.id == presented
-        found.append(
+        scanned.append(
             ScannedBox(
                 box=box,
                 pose=Pose((x, y + (0.0 if at_pick else way), z)),
@@ -84,4 +84,4 @@ def make_scan(*boxes: Box, stamp_s: float, presented: str = '', sequence: int = 
             )
         )
         way += box.size_mm[1] / 1e3 + 0.2
-    return Scan(sequence=sequence, stamp_s=stamp_s, boxes=tuple(found))
+    return Scan(sequence=sequence, stamp_s=stamp_s, boxes=tuple(scanned))

@@ -21,9 +21,9 @@ def box(name='box', size=(300.0, 200.0, 200.0), weight=4.0, com=(0.0, 0.0, 0.0))
     return Box(name, size, weight, com)
 
 
-def request_for(arm, one, station, centre, quaternion=NO_TURN, belt=()):
-    pick = pick_pose(arm.layout, one.size_mm)
-    return PlaceRequest(one, pick, station, Pose(centre, quaternion), belt)
+def request_for(arm, taken, station, centre, quaternion=NO_TURN, belt=()):
+    pick = pick_pose(arm.layout, taken.size_mm)
+    return PlaceRequest(taken, pick, station, Pose(centre, quaternion), belt)
 
 
 def empty(*stations):
@@ -31,7 +31,7 @@ def empty(*stations):
 
 
 def holding(station, boxes):
-    placed = tuple(PlacedBox(one, (0, 0, 0), (1, 1, 1)) for one in boxes)
+    placed = tuple(PlacedBox(content, (0, 0, 0), (1, 1, 1)) for content in boxes)
     return Bin(f'bin-{station}', 1, LDC, placed, station)
 
 
@@ -70,5 +70,5 @@ def assert_arm_stays_still(arm):
     assert np.abs(np.array(arm.joint_positions()[1]) - before).max() < 0.01
 
 
-def metres(one):
-    return tuple(edge / 1000 for edge in one.size_mm)
+def metres(taken):
+    return tuple(edge / 1000 for edge in taken.size_mm)

@@ -26,10 +26,10 @@ GOAL = make_goal(make_decision(BOX), deadline_s=NOW_S + 5.5)
 
 def situation(*, placed=(), boxes=(BOX,), age_s=0.1, **changes):
     bins = BookState(1, (Bin('LDC-1', 1, LDC, tuple(placed), 'A', 1), Bin('LDC-2', 2, LDC)))
-    bins = replace(bins, poses={one.box.id: Pose() for one in placed})
+    bins = replace(bins, poses={placed_box.box.id: Pose() for placed_box in placed})
     values = {
         'bins': bins,
-        'ids_in_bins': {one.box.id for one in placed},
+        'ids_in_bins': {placed_box.box.id for placed_box in placed},
         'profile': CELL,
         'scan': make_scan(*boxes, stamp_s=NOW_S - age_s, sequence=12),
         'mode': Mode.IDLE,

@@ -31,14 +31,14 @@ from pack_msgs_py.values import Bin, parse_bin
 def with_truth():
     """An arm, and the function that tells it what a box really is."""
     truth = Truth()
-    one = PhysicsArm(truth=truth)
-    one.set_bins(empty('A'), {})
+    arm = PhysicsArm(truth=truth)
+    arm.set_bins(empty('A'), {})
 
     def tell(true, pose=None):
-        truth.update([TrueBox(true, pose or pick_pose(one.layout, true.size_mm))])
+        truth.update([TrueBox(true, pose or pick_pose(arm.layout, true.size_mm))])
 
-    yield one, tell
-    one.close()
+    yield arm, tell
+    arm.close()
 
 
 @pytest.mark.parametrize('higher_mm', [-6.0, 6.0])
@@ -112,16 +112,16 @@ def test_box_that_comes_off_the_pad_is_lost_and_noticed_before_the_release(arm):
 
 
 def test_box_that_comes_off_the_pad_as_it_lands_is_in_the_bin(arm):
-    one, target = box(), (0.5, 0.4, 0.1)
+    landing, target = box(), (0.5, 0.4, 0.1)
 
     def break_hold():
-        pose = arm.world.pose(one.id).position
+        pose = arm.world.pose(landing.id).position
         if arm.gripper._constraint is not None and pose[2] < 0.15 + target[2] + 0.01:
             arm.gripper.lost_because = 'a peeling moment'
             arm.gripper._part()
 
     told = Told(LOWERING=break_hold)
-    result = run(arm, request_for(arm, one, 'A', target), told)
+    result = run(arm, request_for(arm, landing, 'A', target), told)
     assert told.steps == ['picked', 'releasing', 'released']
     assert result.code is ErrorCode.NONE, result.message
     assert result.measured.position == pytest.approx(target, abs=0.002)

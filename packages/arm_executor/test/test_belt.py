@@ -36,8 +36,8 @@ def scan(stamp_s, opens_s, closes_s):
 def test_a_box_is_taken_in_the_first_half_of_its_window(now_s, opens_s, closes_s, taken):
     belt = BeltView(wall=lambda: now_s)
     belt.update(scan(100.0, opens_s, closes_s))
-    found = belt.wait_presented('a', 0.01, lambda: False)
-    assert (found is not None) == taken
+    scanned = belt.wait_presented('a', 0.01, lambda: False)
+    assert (scanned is not None) == taken
     assert belt.wait_presented('a', 0.01, lambda: True) is None
 
 
@@ -45,28 +45,28 @@ def test_a_missed_window_is_waited_out_until_the_next():
     now_s = [105.0]
     belt = BeltView(wall=lambda: now_s[0])
     belt.update(scan(100.0, 99.0, 103.0))
-    found = []
+    presented = []
     waiting = threading.Thread(
-        target=lambda: found.append(belt.wait_presented('a', 20.0, lambda: False))
+        target=lambda: presented.append(belt.wait_presented('a', 20.0, lambda: False))
     )
     waiting.start()
     now_s[0] = 109.5
     belt.update(scan(109.2, 109.0, 113.0))
     waiting.join(20.0)
-    assert found[0].pick_open_s == 109.0
+    assert presented[0].pick_open_s == 109.0
 
 
 def test_a_box_that_has_left_the_belt_is_not_waited_for():
     belt = BeltView()
     belt.update(Scan(1, time.time(), (ScannedBox(BOX, Pose()),)))
-    found = []
+    presented = []
     waiting = threading.Thread(
-        target=lambda: found.append(belt.wait_presented('a', 20.0, lambda: False))
+        target=lambda: presented.append(belt.wait_presented('a', 20.0, lambda: False))
     )
     waiting.start()
     belt.update(Scan(2, time.time(), ()))
     waiting.join(5.0)
-    assert found == [None]
+    assert presented == [None]
 
 
 @pytest.mark.parametrize(('speed', 'expected_s'), [(1.0, 3.5), (8.0, 7.0), (0.5, 3.25), (0.0, 3.2)])

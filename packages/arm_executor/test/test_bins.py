@@ -38,7 +38,7 @@ def put(book, number, corner_mm, **decision):
 
 def test_bins_stand_at_the_stations_in_order():
     bins = make_book(count=3).state.bins
-    assert [(one.id, one.serial, one.station, one.revision) for one in bins] == [
+    assert [(bin_.id, bin_.serial, bin_.station, bin_.revision) for bin_ in bins] == [
         ('LDC-1', 1, 'A', 1),
         ('LDC-2', 2, 'B', 1),
         ('LDC-3', 3, 'C', 1),
@@ -51,7 +51,7 @@ def test_a_placement_grows_the_revision_of_its_bin_alone():
     event = put(book, 1, (0, 0, 0))
     assert (event.event, event.bin_id, event.bin_serial) == (BoxEventKind.PLACED, 'LDC-1', 1)
     assert book.state.revision == before.revision + 1
-    assert [one.revision for one in book.state.bins] == [2, 1]
+    assert [bin_.revision for bin_ in book.state.bins] == [2, 1]
 
 
 def test_moved_neighbours_are_written_down():
@@ -74,7 +74,7 @@ def test_a_swap_keeps_station_and_age_order():
     old, new = book.swap('LDC-1', 2)
     assert (old.id, len(old.boxes)) == ('LDC-1', 1)
     assert (new.id, new.station, new.boxes) == ('LDC-3', 'A', ())
-    assert [one.id for one in book.state.bins] == ['LDC-2', 'LDC-3']
+    assert [bin_.id for bin_ in book.state.bins] == ['LDC-2', 'LDC-3']
     assert book.state.poses == {}
 
 
@@ -101,10 +101,10 @@ def test_a_placement_for_a_bin_that_has_changed_is_not_begun():
 
 
 def test_a_missing_bin_is_opened_and_a_surplus_one_kept(tmp_path):
-    one = make_book(tmp_path, count=1)
-    one._journal.close()
+    single = make_book(tmp_path, count=1)
+    single._journal.close()
     three = make_book(tmp_path, count=3)
-    assert [each.station for each in three.state.bins] == ['A', 'B', 'C']
+    assert [bin_.station for bin_ in three.state.bins] == ['A', 'B', 'C']
     three._journal.close()
     assert len(make_book(tmp_path, count=1).state.bins) == 3
 
@@ -195,14 +195,14 @@ def places(book):
     where = {'verified': 'bin', 'lost': 'lost', 'returned': 'belt', 'forgotten': 'belt'}
     in_bins = [
         placed.box.id
-        for one in (*book.state.bins, *(closed for closed, _ in book.closed()))
-        for placed in one.boxes
+        for bin_ in (*book.state.bins, *(closed for closed, _ in book.closed()))
+        for placed in bin_.boxes
     ]
     assert len(in_bins) == len(set(in_bins))
     assert book.ids_in_bins == set(in_bins)
-    found = {box_id: where[step] for box_id, step in rows}
-    assert {box_id for box_id, place in found.items() if place == 'bin'} == set(in_bins)
-    return found
+    place_of = {box_id: where[step] for box_id, step in rows}
+    assert {box_id for box_id, place in place_of.items() if place == 'bin'} == set(in_bins)
+    return place_of
 
 
 def last_words(book):
@@ -221,17 +221,17 @@ def told(expected, book):
 def test_stations_serve_destinations_in_turn_and_a_swapped_bin_another_if_asked(tmp_path):
     def made():
         journal = Journal(tmp_path, CONFIG)
-        found = BinBook(journal, LDC, 3, lambda: 100.0, ('north', 'south'))
-        found.recover()
-        return journal, found
+        book = BinBook(journal, LDC, 3, lambda: 100.0, ('north', 'south'))
+        book.recover()
+        return journal, book
 
     journal, book = made()
-    assert [one.destination for one in book.state.bins] == ['north', 'south', 'north']
+    assert [bin_.destination for bin_ in book.state.bins] == ['north', 'south', 'north']
     assert book.swap('LDC-1', 0)[1].destination == 'north'
     assert book.swap('LDC-2', 0, 'east')[1].destination == 'east'
-    standing = {one.id: one.destination for one in book.state.bins}
+    standing = {bin_.id: bin_.destination for bin_ in book.state.bins}
     journal.close()
     journal, again = made()
-    assert {one.id: one.destination for one in again.state.bins} == standing
+    assert {bin_.id: bin_.destination for bin_ in again.state.bins} == standing
     assert again.swap('LDC-5', 0)[1].destination == 'east'
     journal.close()

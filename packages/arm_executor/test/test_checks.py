@@ -47,7 +47,7 @@ class Counting(TimedArm):
 
 def check(bench, *decisions, enough_s=0.0):
     count = len(bench.of(Replied))
-    bench.core.check(count, [make_goal(one) for one in decisions], enough_s)
+    bench.core.check(count, [make_goal(decision) for decision in decisions], enough_s)
     bench.wait(lambda: len(bench.of(Replied)) > count)
     return bench.of(Replied)[-1].answer
 
@@ -56,7 +56,7 @@ def carrying(bench, phase=Phase.TRANSFERRING):
     """FIRST is on its way into bin LDC-1, SECOND and THIRD lie on the belt."""
     bench.core.on_scan(make_scan(FIRST, stamp_s=time.time(), presented=FIRST.id))
     bench.core.submit(make_goal(make_decision(FIRST), deadline_s=time.time() + 60))
-    bench.wait(lambda: any(one.phase is phase for one in bench.of(Progress)))
+    bench.wait(lambda: any(progress.phase is phase for progress in bench.of(Progress)))
     bench.core.on_scan(make_scan(SECOND, THIRD, NEVER, stamp_s=time.time()))
     return bench
 
@@ -91,7 +91,7 @@ def test_while_a_box_is_carried_candidates_are_judged_by_the_bins_to_come(make_c
     )
     assert time.monotonic() - begun < 2.0, 'the arm still moves'
     assert bench.of(Finished) == []
-    codes = [one.code for one in answers]
+    codes = [answer.code for answer in answers]
     assert codes[:2] == [ErrorCode.NONE, ErrorCode.STALE_BIN_REVISION]
     assert codes[2] is ErrorCode.RULE_VIOLATION and FIRST.id in answers[2].message
     assert codes[3] is ErrorCode.DUPLICATE_BOX
@@ -103,7 +103,7 @@ def test_before_the_motion_has_begun_nobody_knows_what_will_be(make_core_bench):
     bench = make_core_bench(arm=Counting())
     bench.core.on_scan(make_scan(FIRST, SECOND, stamp_s=time.time()))
     bench.core.submit(make_goal(make_decision(FIRST), deadline_s=time.time() + 60))
-    bench.wait(lambda: any(one.phase is Phase.WAITING for one in bench.of(Progress)))
+    bench.wait(lambda: any(progress.phase is Phase.WAITING for progress in bench.of(Progress)))
     (answer,) = check(bench, beside(SECOND, revision=1))
     assert answer.code is ErrorCode.BUSY
 
@@ -144,13 +144,15 @@ def test_a_plan_that_starts_where_a_stopped_motion_would_have_ended_is_made_anew
 def test_the_first_that_will_do_is_the_last_that_is_looked_at(make_core_bench):
     bench = make_core_bench(arm=Counting())
     bench.core.on_scan(make_scan(SECOND, THIRD, NEVER, stamp_s=time.time()))
-    candidates = [beside(one, revision=1) for one in (NEVER, SECOND, THIRD)]
-    codes = [one.code for one in check(bench, *candidates, enough_s=10.0)]
+    candidates = [beside(box, revision=1) for box in (NEVER, SECOND, THIRD)]
+    codes = [answer.code for answer in check(bench, *candidates, enough_s=10.0)]
     assert codes == [ErrorCode.PATH_IN_COLLISION, ErrorCode.NONE, ErrorCode.BUSY]
-    assert [one for one, _ in bench.arm.asked] == [NEVER.id, SECOND.id]
-    codes = [one.code for one in check(bench, *candidates, enough_s=0.1)]
+    assert [box_id for box_id, _ in bench.arm.asked] == [NEVER.id, SECOND.id]
+    codes = [answer.code for answer in check(bench, *candidates, enough_s=0.1)]
     assert codes == [ErrorCode.PATH_IN_COLLISION, ErrorCode.NONE, ErrorCode.NONE]
-    assert [one for one, _ in bench.arm.asked] == [NEVER.id, SECOND.id, THIRD.id], 'asked once each'
+    assert [box_id for box_id, _ in bench.arm.asked] == [NEVER.id, SECOND.id, THIRD.id], (
+        'asked once each'
+    )
 
 
 def test_candidates_for_a_bin_that_was_just_swapped_find_it_empty(make_core_bench):

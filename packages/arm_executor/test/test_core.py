@@ -148,7 +148,7 @@ def test_a_swap_that_cannot_be_written_is_refused(make_core_bench):
     with pytest.raises(BookError, match='cannot write journal'):
         bench.core.swap('LDC-1', 0)
     assert bench.core.status().mode is Mode.FAULT
-    assert [one.id for one in bench.book.state.bins] == ['LDC-1', 'LDC-2']
+    assert [bin_.id for bin_ in bench.book.state.bins] == ['LDC-1', 'LDC-2']
 
 
 def test_a_box_that_cannot_be_returned_needs_a_person(make_core_bench):
@@ -216,10 +216,10 @@ def test_a_measured_pose_may_be_lower_than_planned_by_what_was_rounded_up(make_c
 def test_events_and_bins_are_repeated_after_a_restart(tmp_path, make_core_bench):
     bench = CoreBench(folder=tmp_path)
     bench.place(BOX)
-    told = [one.event for one in bench.of(Happened)]
+    told = [output.event for output in bench.of(Happened)]
     bench.end()
     again = make_core_bench(folder=tmp_path)
-    assert [one.event for one in again.of(Happened)] == told
+    assert [output.event for output in again.of(Happened)] == told
     assert again.boxes() == [BOX.id]
     assert again.book.state.revision > bench.book.state.revision
 

@@ -72,8 +72,8 @@ def make_bench():
         return made[-1]
 
     yield make
-    for one in made:
-        one.end()
+    for bench in made:
+        bench.end()
 
 
 @pytest.fixture
@@ -246,8 +246,8 @@ def test_a_box_that_does_not_stay_upright_is_measured_where_it_lies(make_bench):
     for number, (size, corner) in enumerate(
         [((296.0, 196.0, 150.0), (0, 0, 0)), ((196.0, 196.0, 150.0), (0, 200, 0))], 1
     ):
-        one = make_box(number, size)
-        assert bench.place(one, corner, revision=number).code is ErrorCode.NONE
+        box = make_box(number, size)
+        assert bench.place(box, corner, revision=number).code is ErrorCode.NONE
     top = Box('top', (296.0, 396.0, 120.0), 2.0, (110.0, 150.0, 0.0))
     report = bench.place(top, (0, 0, 150), revision=3)
     assert report.code is ErrorCode.PLACED_OUT_OF_TOLERANCE, report.message

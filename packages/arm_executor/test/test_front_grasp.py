@@ -49,7 +49,7 @@ def arm():
     arm.close()
 
 
-@pytest.mark.parametrize('orientation', [one for one in ORIENTATIONS if one[2] == 'y'])
+@pytest.mark.parametrize('orientation', [name for name in ORIENTATIONS if name[2] == 'y'])
 def test_a_box_turned_down_fills_the_same_space_as_the_target(orientation):
     asked = request(orientation)
     taken = turned_down(asked)
@@ -59,7 +59,7 @@ def test_a_box_turned_down_fills_the_same_space_as_the_target(orientation):
     assert {tuple(row) for row in want.round(6)} == {tuple(row) for row in have.round(6)}
 
 
-@pytest.mark.parametrize('orientation', [one for one in ORIENTATIONS if one[2] == 'y'])
+@pytest.mark.parametrize('orientation', [name for name in ORIENTATIONS if name[2] == 'y'])
 def test_the_centre_of_mass_goes_along(orientation):
     asked = request(orientation, Box('box', SIZE, 3.0, com_offset_mm=(10.0, 20.0, 30.0)))
     taken = turned_down(asked)
@@ -67,7 +67,7 @@ def test_the_centre_of_mass_goes_along(orientation):
     assert rotated(taken.target.quaternion, taken.box.com_offset_mm) == pytest.approx(want)
 
 
-@pytest.mark.parametrize('orientation', [one for one in ORIENTATIONS if one[2] == 'x'])
+@pytest.mark.parametrize('orientation', [name for name in ORIENTATIONS if name[2] == 'x'])
 def test_an_end_face_cannot_come_up(orientation):
     with pytest.raises(MotionError) as error:
         turned_down(request(orientation))
@@ -116,8 +116,8 @@ def test_the_tool_is_level_at_the_pick_and_down_at_the_place(arm, orientation, s
     tool = arm.planning.motions.kinematics.tool(np.array([motion.carry.q[0], motion.carry.q[-1]]))
     assert tool[0, :3, 2] == pytest.approx((0.0, 1.0, 0.0), abs=1e-6)
     assert tool[1, :3, 2] == pytest.approx((0.0, 0.0, -1.0), abs=1e-6)
-    for one, other in ((motion.approach, motion.carry), (motion.carry, motion.retreat)):
-        assert one.q[-1] == pytest.approx(other.q[0], abs=1e-6)
+    for leg, following in ((motion.approach, motion.carry), (motion.carry, motion.retreat)):
+        assert leg.q[-1] == pytest.approx(following.q[0], abs=1e-6)
 
 
 @pytest.mark.parametrize('orientation', ['xzy', 'zxy'])

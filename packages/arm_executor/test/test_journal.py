@@ -70,12 +70,12 @@ def test_after_a_crash_behind_each_step_the_box_is_where_it_was(tmp_path, last):
         do(book)
         if name == last:
             break
-    again, found = open_book(crash(tmp_path / 'run', tmp_path / 'crashed'))
+    again, recovery = open_book(crash(tmp_path / 'run', tmp_path / 'crashed'))
     ids = [placed.box.id for placed in again.state.bins[0].boxes]
     events = [event.event for event in again.events()]
-    assert len(found.forgotten) == (WHERE[last] == 'belt')
-    assert len(found.returned) == (WHERE[last] == 'returned')
-    assert len(found.unmeasured) == (last in ('releasing', 'placed'))
+    assert len(recovery.forgotten) == (WHERE[last] == 'belt')
+    assert len(recovery.returned) == (WHERE[last] == 'returned')
+    assert len(recovery.unmeasured) == (last in ('releasing', 'placed'))
     assert ids == (['box-1'] if WHERE[last] == 'bin' else [])
     assert (BoxEventKind.RETURNED in events) == (WHERE[last] == 'returned')
     assert again.attempt is None
@@ -92,11 +92,11 @@ def test_a_released_box_is_verified_once_it_is_measured_again(tmp_path, last):
     target = make_decision(make_box()).target
     assert again.state.poses == {'box-1': target}
     again.settled({'box-1': MEASURED})
-    one = again.state.bins[0]
-    assert (one.revision, one.boxes[0].measured_mm) == (2, (151.0, 101.0, 75.0))
+    content = again.state.bins[0]
+    assert (content.revision, content.boxes[0].measured_mm) == (2, (151.0, 101.0, 75.0))
     assert again.events()[-1].event is BoxEventKind.PLACED
-    third, found = open_book(crash(tmp_path / 'crashed', tmp_path / 'again'))
-    assert found.unmeasured == ()
+    third, recovery = open_book(crash(tmp_path / 'crashed', tmp_path / 'again'))
+    assert recovery.unmeasured == ()
     assert third.state == again.state
 
 
@@ -105,8 +105,8 @@ def test_a_crash_during_recovery_is_recovered_from(tmp_path):
     for name in ('planned', 'picked', 'releasing'):
         STEPS[name](book)
     open_book(crash(tmp_path / 'run', tmp_path / 'a'))
-    again, found = open_book(crash(tmp_path / 'a', tmp_path / 'b'))
-    assert len(found.unmeasured) == 1
+    again, recovery = open_book(crash(tmp_path / 'a', tmp_path / 'b'))
+    assert len(recovery.unmeasured) == 1
     again.settled({'box-1': MEASURED})
     assert [event.event.name for event in again.events()] == ['PICKED', 'PLACED']
 
@@ -143,7 +143,7 @@ def test_revisions_serials_and_stamps_grow_over_restarts(tmp_path):
     again, _ = open_book(tmp_path, now=lambda: 5.0)
     again.settled({})
     assert again.state.revision > before.revision
-    assert [one.id for one in again.state.bins] == ['LDC-2', 'LDC-3']
+    assert [bin_.id for bin_ in again.state.bins] == ['LDC-2', 'LDC-3']
     _, opened = again.swap('LDC-2', 0)
     assert opened.serial == 4
     again.begin(make_decision(make_box(2), bin_id='LDC-3', serial=3))
@@ -163,7 +163,7 @@ def test_recent_events_and_closed_bins_are_kept_with_their_stamps(tmp_path):
     assert again.events() == events
     assert all(event.stamp_s < 1000 for event in events)
     ((closed, poses),) = again.closed()
-    assert (closed.id, [one.box.id for one in closed.boxes]) == ('LDC-1', ['box-1'])
+    assert (closed.id, [placed.box.id for placed in closed.boxes]) == ('LDC-1', ['box-1'])
     assert poses == {'box-1': MEASURED}
     assert 'box-1' in again.ids_in_bins
 

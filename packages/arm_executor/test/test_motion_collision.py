@@ -38,8 +38,8 @@ class CoalDistances:
         self.shapes = pinocchio.buildGeomFromUrdfString(self.model, urdf, kind)
         self.data, self.placed = self.model.createData(), self.shapes.createData()
         self.blocks = [
-            (coal.Box(*one.size), coal.Transform3s(np.eye(3), np.array(one.centre)))
-            for one in blocks
+            (coal.Box(*block.size), coal.Transform3s(np.eye(3), np.array(block.centre)))
+            for block in blocks
         ]
 
     def arm(self, q):

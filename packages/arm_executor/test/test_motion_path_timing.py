@@ -29,7 +29,7 @@ FRONT = math.pi / 2
 def swing(x=-1.0, z=0.4, rail=-0.5, corner=0.15):
     grip = waypoint(0.0, (0.0, 0.7, 1.0), 0.0, FRONT)
     place = waypoint(rail, (x, 0.9, z), FRONT, FRONT)
-    high = [(*one[:3], 1.4, one[4]) for one in (grip, place)]
+    high = [(*point[:3], 1.4, point[4]) for point in (grip, place)]
     return rounded([grip, *high, place], corner, 0.015)
 
 
@@ -58,7 +58,7 @@ def test_short_piece_does_not_sharpen_the_other_corners():
     grip = waypoint(0.0, (0.0, 0.7, 1.0), 0.0, FRONT)
     stub = (*grip[:3], 1.005, grip[4])
     place = waypoint(-0.5, (-1.0, 0.9, 0.4), FRONT, FRONT)
-    high = [(*one[:3], 1.4, one[4]) for one in (grip, place)]
+    high = [(*point[:3], 1.4, point[4]) for point in (grip, place)]
     with_stub = np.diff(rounded([grip, stub, *high, place], 0.15, 0.015), n=2, axis=0)
     assert np.abs(with_stub).max() < 2 * np.abs(bend).max()
 
@@ -152,11 +152,11 @@ def test_samples_are_positions_speeds_and_accelerations_of_one_motion(timing):
 
 def test_joined_trajectories_follow_each_other_in_time(timing):
     path = joint_path(CELL, swing(), 0)
-    one = timing.trajectory(path.q, None, 0.01)
-    both = joined([one, timing.trajectory(path.q[::-1], None, 0.01)])
+    there = timing.trajectory(path.q, None, 0.01)
+    both = joined([there, timing.trajectory(path.q[::-1], None, 0.01)])
     assert (np.diff(both.times) > 0).all()
-    assert both.duration == pytest.approx(2 * one.duration, rel=0.1)
-    assert both.q[-1] == pytest.approx(one.q[0], abs=1e-6)
+    assert both.duration == pytest.approx(2 * there.duration, rel=0.1)
+    assert both.q[-1] == pytest.approx(there.q[0], abs=1e-6)
 
 
 def test_way_back_leads_from_here_to_the_start():

@@ -58,7 +58,7 @@ def test_a_placement_is_told_in_order_and_ends_in_the_bin(start, monkeypatch):
     bench.wait(lambda: len(bench.of('bin_state')) == 2, 'bin_state')
     first, second = (conversions.bins_from_ros(msg) for msg in bench.of('bin_state'))
     assert second.revision == first.revision + 1
-    assert [one.revision for one in second.bins] == [2, 1]
+    assert [bin_.revision for bin_ in second.bins] == [2, 1]
     assert [placed.box.id for placed in second.bins[0].boxes] == [box.id]
     report = result.report
     assert report == bench.of('placement_report')[0]
@@ -73,7 +73,7 @@ def test_feedback_names_every_phase_in_order(start):
     box = make_box()
     bench.show(box, presented=box.id)
     bench.place(make_decision(box))
-    phases = [one.phase for one in bench.feedback]
+    phases = [feedback.phase for feedback in bench.feedback]
     assert phases == sorted(phases)
     assert {PlaceBox.Feedback.PHASE_WAITING, PlaceBox.Feedback.PHASE_RETREATING} <= set(phases)
 
@@ -181,21 +181,21 @@ def test_a_refused_goal_carries_its_code_and_exactly_one_report(start, name):
     bench.place(make_decision(box))
     bench.wait(lambda: len(bench.of('placement_report')) >= 2, 'second report')
     reports = bench.of('placement_report')
-    assert [bytes(one.goal_id.uuid) for one in reports].count(bytes(handle.goal_id.uuid)) == 1
+    assert [bytes(report.goal_id.uuid) for report in reports].count(bytes(handle.goal_id.uuid)) == 1
     assert len(reports) == 2
     assert reports[0] == result.report
 
 
 def test_a_second_goal_is_refused_while_the_first_runs(start):
     bench = start()
-    one, two = make_box(1), make_box(2)
-    bench.show(one, two)
-    first = bench.send(bench.goal_msg(make_decision(one)))
+    running, waiting = make_box(1), make_box(2)
+    bench.show(running, waiting)
+    first = bench.send(bench.goal_msg(make_decision(running)))
     bench.wait_mode(ExecutorState.MODE_EXECUTING)
-    _, result = bench.place(make_decision(two))
+    _, result = bench.place(make_decision(waiting))
     assert result.error_code == ErrorCode.BUSY
-    assert one.id in result.error_msg
-    bench.show(one, two, presented=one.id)
+    assert running.id in result.error_msg
+    bench.show(running, waiting, presented=running.id)
     assert bench.result(first)[1].error_code == ErrorCode.NONE
 
 
@@ -265,7 +265,7 @@ def test_swap_bin_closes_with_content_and_opens_an_empty_one(start):
     closed = bench.of('bin_closed')[0]
     assert (closed.bin_id, closed.status, len(closed.boxes)) == ('LDC-1', closed.STATUS_CLOSED, 1)
     bench.wait(lambda: len(bench.bins().bins[1].boxes) == 0, 'bins')
-    assert [one.id for one in bench.bins().bins] == ['LDC-2', 'LDC-3']
+    assert [bin_.id for bin_ in bench.bins().bins] == ['LDC-2', 'LDC-3']
     assert bench.bins().bins[1].station == 'A'
 
 

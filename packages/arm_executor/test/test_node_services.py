@@ -20,12 +20,16 @@ pytestmark = pytest.mark.ros
 
 def test_candidates_are_checked_and_the_plan_is_reused(start):
     bench = start(faults={'box-2': ErrorCode.NO_IK_SOLUTION})
-    one, two = make_box(1), make_box(2)
-    bench.show(one, two, presented=one.id)
-    candidates = [make_decision(one), make_decision(two), make_decision(one, (0, 0, 40))]
-    msgs = [conversions.decision_to_ros(each, 'bin_a') for each in candidates]
+    possible, out_of_reach = make_box(1), make_box(2)
+    bench.show(possible, out_of_reach, presented=possible.id)
+    candidates = [
+        make_decision(possible),
+        make_decision(out_of_reach),
+        make_decision(possible, (0, 0, 40)),
+    ]
+    msgs = [conversions.decision_to_ros(candidate, 'bin_a') for candidate in candidates]
     checks = bench.call('check_placements', CheckPlacements.Request(candidates=msgs)).checks
-    assert [ErrorCode(one.error_code).name for one in checks] == [
+    assert [ErrorCode(check.error_code).name for check in checks] == [
         'NONE',
         'NO_IK_SOLUTION',
         'RULE_VIOLATION',
@@ -42,7 +46,7 @@ def test_candidates_are_answered_with_busy_while_the_arm_works_and_beyond_eight(
     bench.show(make_box(2), box)
     msg = conversions.decision_to_ros(make_decision(box), 'bin_a')
     many = bench.call('check_placements', CheckPlacements.Request(candidates=[msg] * 9)).checks
-    assert [one.error_code for one in many] == [0] * 8 + [ErrorCode.BUSY]
+    assert [check.error_code for check in many] == [0] * 8 + [ErrorCode.BUSY]
     handle = bench.send(bench.goal_msg(make_decision(box)))
     bench.wait_phase(PlaceBox.Feedback.PHASE_WAITING)
     bench.cancel(handle)
@@ -95,7 +99,7 @@ def test_diagnostics_name_mode_and_bins(start):
     bench.wait(lambda: bench.of('/diagnostics'), 'diagnostics')
     status = bench.of('/diagnostics')[-1].status[0]
     assert status.message == 'idle'
-    assert {one.key for one in status.values} >= {
+    assert {value.key for value in status.values} >= {
         'mode', 'last_fault', 'tracking_error', 'journal', 'revision', 'LDC-1', 'LDC-2'
     }  # fmt: skip
 
@@ -127,12 +131,14 @@ def test_a_cut_off_closes_the_bins_of_its_destination_and_no_other(start):
     # LDC-1 holds a box, LDC-3 none: it may stay.
     answer = bench.call('cut_off', CutOff.Request(destination='north'))
     assert (answer.success, answer.closed, answer.pending) == (True, ['LDC-1'], [])
-    standing = {one.id: one.destination for one in bench.bins().bins}
+    standing = {bin_.id: bin_.destination for bin_ in bench.bins().bins}
     assert standing == {'LDC-2': 'south', 'LDC-3': 'north', 'LDC-4': 'north'}
-    bench.wait(lambda: [one.bin_id for one in bench.of('bin_closed')] == ['LDC-1'], 'bin_closed')
+    bench.wait(
+        lambda: [closed.bin_id for closed in bench.of('bin_closed')] == ['LDC-1'], 'bin_closed'
+    )
     request = CutOff.Request(destination='north', next_destination='east')
     assert bench.call('cut_off', request).closed == ['LDC-3', 'LDC-4']
-    assert [one.destination for one in bench.bins().bins] == ['south', 'east', 'east']
+    assert [bin_.destination for bin_ in bench.bins().bins] == ['south', 'east', 'east']
 
 
 def test_a_bin_that_is_cut_off_while_a_box_is_on_its_way_into_it_waits_for_that_box(start):

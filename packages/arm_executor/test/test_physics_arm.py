@@ -60,8 +60,8 @@ def test_target_in_a_wall_is_refused_and_names_it(arm):
 
 
 def test_target_inside_another_box_is_refused_and_names_it(arm):
-    one = box('first')
-    arm.set_bins([holding('A', [one])], {'first': Pose((0.5, 0.4, 0.1))})
+    first = box('first')
+    arm.set_bins([holding('A', [first])], {'first': Pose((0.5, 0.4, 0.1))})
     with pytest.raises(MotionError, match='box first reaches 200 mm above') as refused:
         arm.plan(request_for(arm, box('second'), 'A', (0.6, 0.45, 0.1)))
     assert refused.value.code is ErrorCode.PATH_IN_COLLISION
@@ -112,12 +112,12 @@ def test_small_stack_is_built_in_place_at_both_stations(arm):
         ('B', (0.204, 0.152, 0.3), QUARTER),
     ]
     for number, (station, centre, turn) in enumerate(places):
-        one, told = replace(side, id=f'box {number}'), Told()
-        request = request_for(arm, one, station, centre, turn)
+        tipped, told = replace(side, id=f'box {number}'), Told()
+        request = request_for(arm, tipped, station, centre, turn)
         plan = arm.plan(request)
         result = arm.execute(plan, told.hooks, threading.Event())
         assert result.code is ErrorCode.NONE, result.message
-        assert corner_distance(result.measured, request.target, metres(one)) < 0.002
+        assert corner_distance(result.measured, request.target, metres(tipped)) < 0.002
         assert turn_between(result.measured, request.target) < math.radians(0.5)
         assert result.others_moved_m < 0.002
         assert len(result.others) == number % 3
@@ -159,8 +159,8 @@ def test_box_on_air_ends_out_of_tolerance_and_is_measured_where_it_fell(arm):
 
 
 def test_disturbed_neighbour_is_reported(arm):
-    one = box('first')
-    arm.set_bins([*empty('B'), holding('A', [one])], {'first': Pose((0.7, 0.4, 0.1))})
+    first = box('first')
+    arm.set_bins([*empty('B'), holding('A', [first])], {'first': Pose((0.7, 0.4, 0.1))})
 
     def shove():
         arm.world.move_box('first', Pose((-0.8, 1.1, 0.251)))

@@ -35,8 +35,8 @@ def launch(ros_domain, tmp_path):
         return processes[-1]
 
     yield start
-    for one in processes:
-        one.close()
+    for process in processes:
+        process.close()
 
 
 def transfer(bench, box, *, revision=1, corner_mm=(0, 0, 0)):

@@ -30,11 +30,11 @@ def test_every_branch_leads_back_to_the_same_pose(name, angles):
     robot = ROBOTS[name]
     pose = forward(robot, angles)
     solutions = inverse(robot, pose[None])[0]
-    found = solutions[~np.isnan(solutions).any(axis=1)]
+    possible = solutions[~np.isnan(solutions).any(axis=1)]
     if abs(math.sin(angles[4])) > 0.02 and abs(math.sin(angles[2])) > 0.02:
-        away = np.abs(wrapped(found - np.array(angles))).max(axis=1)
+        away = np.abs(wrapped(possible - np.array(angles))).max(axis=1)
         assert away.min() < 1e-6, 'the configuration itself is not among the solutions'
-        assert np.abs(forward(robot, found) - pose).max() < 1e-8
+        assert np.abs(forward(robot, possible) - pose).max() < 1e-8
 
 
 @pytest.mark.parametrize('name', ['ur5e', 'ur10e', 'ur16e', 'ur20', 'ur30'])
@@ -55,7 +55,7 @@ def test_all_eight_branches_exist_in_the_middle_of_the_workspace_and_differ():
     robot = find_robot('ur20')
     pose = CellKinematics(robot, Layout()).tool_down([0.0], [(0.0, 0.9, 0.8)], [0.3])[0]
     assert not np.isnan(pose).any()
-    assert len({tuple(np.round(one, 3)) for one in pose}) == len(BRANCHES) == 8
+    assert len({tuple(np.round(angles, 3)) for angles in pose}) == len(BRANCHES) == 8
 
 
 def test_out_of_reach_is_nan_and_not_a_guess():
@@ -168,8 +168,8 @@ def test_transforms_of_the_tree_lead_to_the_pad(name, rail, angles):
     pose = np.eye(4)
     for joint in cell_joints(robot, layout):
         step = np.eye(4)
-        one = joint.transform(q)
-        step[:3, :3], step[:3, 3] = rotation_matrix(one.quaternion), one.position
+        moved = joint.transform(q)
+        step[:3, :3], step[:3, 3] = rotation_matrix(moved.quaternion), moved.position
         pose = pose @ step
     assert np.abs(pose - CellKinematics(robot, layout).tool(q)[0]).max() < 1e-9
 

@@ -22,7 +22,7 @@ def begin(bench, *, presented=BOX.id):
 
 
 def wait_phase(bench, phase):
-    bench.wait(lambda: any(one.phase is phase for one in bench.of(Progress)))
+    bench.wait(lambda: any(progress.phase is phase for progress in bench.of(Progress)))
 
 
 def ended(bench):

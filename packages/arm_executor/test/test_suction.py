@@ -147,10 +147,10 @@ def test_box_that_the_pad_cannot_carry_is_refused_before_motion_with_the_numbers
 
 @pytest.fixture
 def arm():
-    one = PhysicsArm()
-    one.set_bins([Bin('bin-A', 1, parse_bin('LDC'), station='A')], {})
-    yield one
-    one.close()
+    arm = PhysicsArm()
+    arm.set_bins([Bin('bin-A', 1, parse_bin('LDC'), station='A')], {})
+    yield arm
+    arm.close()
 
 
 def carry(arm, declared, real):

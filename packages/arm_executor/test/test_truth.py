@@ -67,7 +67,7 @@ def test_what_lay_askew_on_the_belt_rests_askew_and_turned_with_the_box():
     x, y, z = BOX.size_mm
     result, _, _ = place(true_box((x, y + 4.0, z), yaw=0.01), orientation='yxz')
     off = [1e3 * (a - b) for a, b in zip(result.measured.position, target.position, strict=True)]
-    assert [abs(one) for one in off] == pytest.approx([2.0, 0.0, 0.0], abs=1e-9)
+    assert [abs(edge) for edge in off] == pytest.approx([2.0, 0.0, 0.0], abs=1e-9)
     dot = sum(a * b for a, b in zip(result.measured.quaternion, target.quaternion, strict=True))
     assert 2 * math.acos(min(1.0, abs(dot))) == pytest.approx(0.01)
 

@@ -78,7 +78,7 @@ def matrix(transform):
 
 def follow(transforms, child):
     """Pose of frame ``child`` in `cell`."""
-    parents = {one.child_frame_id: one for one in transforms}
+    parents = {transform.child_frame_id: transform for transform in transforms}
     pose = np.eye(4)
     while child != 'cell':
         pose = matrix(parents[child].transform) @ pose
@@ -101,10 +101,12 @@ def test_transforms_lead_to_the_pad_and_to_the_bins(start, robot):
     places = set()
     for state in states.messages:
         stamp = state.header.stamp
-        found = [one for one in moving.messages if one.transforms[0].header.stamp == stamp]
-        if not found:
+        together = [
+            message for message in moving.messages if message.transforms[0].header.stamp == stamp
+        ]
+        if not together:
             continue
-        pad = follow([*fixed, *found[0].transforms], 'tcp')
+        pad = follow([*fixed, *together[0].transforms], 'tcp')
         assert np.abs(pad - kinematics.tool(list(state.position))[0]).max() < 1e-9
         places.add(tuple(np.round(pad[:3, 3], 3)))
     assert len(places) > 1, 'the arm was not seen moving'
@@ -113,7 +115,7 @@ def test_transforms_lead_to_the_pad_and_to_the_bins(start, robot):
         got = follow(fixed, f'bin_{station.lower()}') @ [0.1, 0.2, 0.3, 1.0]
         assert got[:3] == pytest.approx(expected.position, abs=1e-9)
     assert follow(fixed, 'belt')[:3, 3] == pytest.approx((0.0, 0.55, 0.75))
-    assert len({one.child_frame_id for one in fixed}) == len(fixed)
+    assert len({transform.child_frame_id for transform in fixed}) == len(fixed)
 
 
 def test_late_listener_gets_the_description_of_the_robot(start):
@@ -133,10 +135,10 @@ def test_box_is_seen_on_the_belt_then_in_the_gripper_then_in_the_bin(start):
 
     def boxes(name):
         return [
-            one
+            marker
             for message in list(shown.messages)
-            for one in message.markers
-            if one.ns == name and one.type == Marker.CUBE
+            for marker in message.markers
+            if marker.ns == name and marker.type == Marker.CUBE
         ]
 
     shown.wait(lambda _: boxes('belt'))
@@ -157,8 +159,8 @@ def test_box_is_seen_on_the_belt_then_in_the_gripper_then_in_the_bin(start):
     )
     last = shown.messages[-1].markers
     assert last[0].action == Marker.DELETEALL
-    assert {one.ns for one in last[1:]} >= {'cell', 'bins', 'boxes'}
-    assert len({(one.ns, one.id) for one in last}) == len(last)
+    assert {marker.ns for marker in last[1:]} >= {'cell', 'bins', 'boxes'}
+    assert len({(marker.ns, marker.id) for marker in last}) == len(last)
 
 
 def test_nothing_is_drawn_for_nobody(start, monkeypatch):

@@ -23,10 +23,10 @@ SIZE_MM = (300.0, 200.0, 200.0)
 
 @pytest.fixture
 def world():
-    one = PhysicsWorld(find_robot('ur20'), Layout())
-    one.add_part('table', (Block('table', (X - 0.2, Y - 0.2, 0.5), (X + 0.2, Y + 0.2, TOP)),))
-    yield one
-    one.close()
+    world = PhysicsWorld(find_robot('ur20'), Layout())
+    world.add_part('table', (Block('table', (X - 0.2, Y - 0.2, 0.5), (X + 0.2, Y + 0.2, TOP)),))
+    yield world
+    world.close()
 
 
 def stand(world, name, aside=0.0, com=(0.0, 0.0, 0.0), above=0.0):
