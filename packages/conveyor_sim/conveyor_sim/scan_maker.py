@@ -41,9 +41,9 @@ class ScanMaker:
         """The boxes on the belt as they are, each where it is once it stands at the pick point."""
         records = (self._book.record(item.box.id) for item in self._belt.view(now_s))
         return tuple(
-            ScannedBox(self._book.true_box(one), self._book.true_pose(one, self._length_m))
-            for one in records
-            if one is not None
+            ScannedBox(self._book.true_box(record), self._book.true_pose(record, self._length_m))
+            for record in records
+            if record is not None
         )
 
     def _scanned(self, item: OnBelt, now_s: float, stamp_s: float) -> ScannedBox:

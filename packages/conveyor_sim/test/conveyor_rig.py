@@ -64,12 +64,12 @@ class ConveyorRig:
 
     def step(self, seconds, period=0.1):
         """Time passes with a tick every tenth of a second, as in the node."""
-        outcomes = []
+        news = []
         end = self.now + seconds
         while self.now < end:
             self.now = min(end, self.now + period)
-            outcomes.append(self.conveyor.tick(*self.clock()))
-        return outcomes
+            news.append(self.conveyor.tick(*self.clock()))
+        return news
 
     def restart(self):
         """Another conveyor on the same ledger, as after a kill: nothing is written at the end."""

@@ -13,11 +13,11 @@ from conveyor_sim.induct.arrivals import find_arrivals
 
 
 def times(text, number, seed=0):
-    arrivals, found = find_arrivals(text, seed), []
-    while len(found) < number:
-        at_s = arrivals.next_s(len(found), found[-1] if found else -1.0)
-        found += [at_s] * int(arrivals.arrived(at_s) - len(found))
-    return found[:number]
+    arrivals, times_s = find_arrivals(text, seed), []
+    while len(times_s) < number:
+        at_s = arrivals.next_s(len(times_s), times_s[-1] if times_s else -1.0)
+        times_s += [at_s] * int(arrivals.arrived(at_s) - len(times_s))
+    return times_s[:number]
 
 
 def test_a_saturated_induct_has_always_another_box():
@@ -27,14 +27,14 @@ def test_a_saturated_induct_has_always_another_box():
 
 
 def test_poisson_arrivals_have_the_rate_and_the_spread_of_a_poisson_process():
-    found = times('poisson:720', 4000, seed=3)
-    gaps = [two - one for one, two in itertools.pairwise(found)]
+    times_s = times('poisson:720', 4000, seed=3)
+    gaps = [later_s - time_s for time_s, later_s in itertools.pairwise(times_s)]
     mean = sum(gaps) / len(gaps)
     assert mean == pytest.approx(5.0, rel=0.06)
     deviation = math.sqrt(sum((gap - mean) ** 2 for gap in gaps) / len(gaps))
     assert deviation == pytest.approx(mean, rel=0.08)
-    assert times('poisson:720', 50, seed=3) == found[:50]
-    assert times('poisson:720', 50, seed=4) != found[:50]
+    assert times('poisson:720', 50, seed=3) == times_s[:50]
+    assert times('poisson:720', 50, seed=4) != times_s[:50]
 
 
 def test_bursts_come_together():

@@ -90,8 +90,8 @@ def test_an_old_copy_of_a_decision_moves_nothing():
 
 def test_a_rejected_box_is_diverted_with_its_reason_and_replaced():
     cell = ConveyorRig()
-    outcome = cell.decide('b2', reject=True)
-    (event,) = outcome.events
+    news = cell.decide('b2', reject=True)
+    (event,) = news.events
     assert (event.box_id, event.event, event.reason) == ('b2', Kind.REJECTED, Reason.OVERSIZE)
     assert event.text == 'fits no bin'
     assert 'b2' not in cell.ids()
@@ -154,8 +154,8 @@ def test_returned_before_its_picked_was_heard_keeps_the_box():
 
 def test_a_box_in_a_bin_is_gone_and_one_that_is_to_come_is_not_fed():
     cell = ConveyorRig()
-    outcome = cell.conveyor.on_content(['b1', 'b6'], EPOCH + 1.0, *cell.clock())
-    assert outcome.changed
+    news = cell.conveyor.on_content(['b1', 'b6'], EPOCH + 1.0, *cell.clock())
+    assert news.changed
     assert 'b1' not in cell.ids()
     assert 'b5' in cell.ids()
     cell.event('b0', Kind.PICKED)

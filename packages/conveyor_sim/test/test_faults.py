@@ -94,9 +94,9 @@ def test_a_rate_that_cannot_be_is_refused(text, words):
 
 def test_faults_come_as_often_as_asked_and_the_same_for_equal_seeds():
     plan, again = (FaultPlan(parse_faults('all=0.05'), 7) for _ in range(2))
-    found = [plan.of(n) for n in range(20_000)]
-    assert found == [again.of(n) for n in range(20_000)]
-    counts = Counter(found)
+    befallen = [plan.of(n) for n in range(20_000)]
+    assert befallen == [again.of(n) for n in range(20_000)]
+    counts = Counter(befallen)
     assert all(850 < counts[fault] < 1150 for fault in FAULTS)
 
 
@@ -168,11 +168,11 @@ def test_a_wrong_size_is_told_once_and_the_second_scan_is_right():
 
     wrong = edges()
     assert sum(a != b for a, b in zip(wrong, SIZE, strict=True)) == 1
-    (true,) = (one.box for one in cell.conveyor.true_boxes(cell.now) if one.box.id == name)
+    (true,) = (true.box for true in cell.conveyor.true_boxes(cell.now) if true.box.id == name)
     assert true.size_mm == SIZE
     cell.event(name, BoxEventKind.PICKED)
-    outcome = returned(cell, name)
-    assert any('scanned again' in note for note in outcome.notes)
+    news = returned(cell, name)
+    assert any('scanned again' in note for note in news.notes)
     cell.event(cell.ids()[0], BoxEventKind.PICKED)
     assert edges() == SIZE
     cell.wait()
@@ -197,7 +197,7 @@ def test_two_boxes_that_touch_are_read_as_one_and_fed_one_by_one_once_it_is_noti
     assert second not in cell.ids()
     assert record(cell, second).place is Whereabouts.UNSEEN
     assert sum(cell.conveyor.counts.values()) == cell.conveyor.supplied == 6
-    (true,) = (one.box for one in cell.conveyor.true_boxes(cell.now) if one.box.id == first)
+    (true,) = (true.box for true in cell.conveyor.true_boxes(cell.now) if true.box.id == first)
     assert (true.size_mm, true.weight_kg) == (SIZE, 2.0)
     cell.event(first, BoxEventKind.PICKED)
     returned(cell, first)
@@ -237,12 +237,12 @@ def test_a_box_behind_another_is_never_lost_whatever_becomes_of_that(end, tmp_pa
 def test_a_box_that_the_arm_does_not_find_is_scanned_again_and_rejected_the_second_time():
     cell = cell_with(known.EMPTY_PICK, 0)
     name = cell.stream[0].id
-    lies = {one.box.id: one.pose.position[0] for one in cell.conveyor.true_boxes(cell.now)}
+    lies = {true.box.id: true.pose.position[0] for true in cell.conveyor.true_boxes(cell.now)}
     assert abs(lies.pop(name)) > 0.3
     assert set(lies.values()) == {0.0}
     assert not failed_grasp(cell, name).events
     assert (record(cell, name).place, record(cell, name).scans) == (Whereabouts.ON_BELT, 2)
-    lies = {one.box.id: one.pose.position[0] for one in cell.conveyor.true_boxes(cell.now)}
+    lies = {true.box.id: true.pose.position[0] for true in cell.conveyor.true_boxes(cell.now)}
     assert lies[name] == 0.0
     for ended in (-1.0, 0.2):  # a goal that was sent before the second scan was seen
         assert failed_grasp(cell, name, ended).events == ()
@@ -255,8 +255,8 @@ def test_a_box_that_the_arm_does_not_find_is_scanned_again_and_rejected_the_seco
 
 def test_a_box_that_falls_off_the_belt_is_rejected_with_an_event_and_not_lost():
     cell = cell_with(known.FALLEN, 2)
-    outcome = cell.event('b0', BoxEventKind.PICKED)
-    (event,) = outcome.events
+    news = cell.event('b0', BoxEventKind.PICKED)
+    (event,) = news.events
     assert (event.box_id, event.event, event.reason, event.text) == (
         'b2',
         BoxEventKind.REJECTED,

@@ -58,14 +58,14 @@ def test_nothing_can_be_picked_while_the_belt_moves():
 
 
 def test_where_the_belt_is_depends_on_the_time_alone_not_on_how_often_one_asks():
-    one, other = full_belt(), full_belt()
-    for belt in (one, other):
+    watched, left_alone = full_belt(), full_belt()
+    for belt in (watched, left_alone):
         belt.bring(4, 0.0)
     for step in range(100):
-        one.view(step / 100)
-    for mine, theirs in zip(one.view(1.0), other.view(1.0), strict=True):
-        assert mine.s_m == pytest.approx(theirs.s_m, abs=2e-4)
-        assert mine.laps == theirs.laps
+        watched.view(step / 100)
+    for seen, unseen in zip(watched.view(1.0), left_alone.view(1.0), strict=True):
+        assert seen.s_m == pytest.approx(unseen.s_m, abs=2e-4)
+        assert seen.laps == unseen.laps
 
 
 def test_travel_time_is_robot_time_from_the_last_pick_at_any_speed_factor():

@@ -34,9 +34,9 @@ def test_poses_follow_the_loop(s, front, base):
 
 @given(s=st.floats(0.0, 8.999), length=st.floats(9.0, 30.0), step=st.floats(0.0, 0.001))
 def test_poses_are_continuous_around_the_loop(s, length, step):
-    one = loop_pose(s, length, SIZE).position
-    two = loop_pose((s + step) % length, length, SIZE).position
-    assert math.dist(one, two) <= step + 1e-9
+    here = loop_pose(s, length, SIZE).position
+    there = loop_pose((s + step) % length, length, SIZE).position
+    assert math.dist(here, there) <= step + 1e-9
 
 
 def test_the_look_ahead_must_fit_on_the_belt():

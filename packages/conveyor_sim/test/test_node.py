@@ -98,7 +98,7 @@ def test_in_real_time_the_belt_is_seen_moving_and_arrives_when_it_should(start, 
     observer.wait_for(lambda scan: True)
     decide(observer, 'b3')
     scan = observer.wait_for(lambda scan: ids(scan)[0] == 'b3' and scan.boxes[0].pick_open_s)
-    moving = [one for one in observer.scans if any(one.belt_velocity)]
+    moving = [scan for scan in observer.scans if any(scan.belt_velocity)]
     assert len(moving) >= 5
     assert moving[0].belt_velocity == pytest.approx((0.0, -12.0, 0.0))
     assert 0.15 < scan.boxes[0].pick_open_s - moving[0].stamp_s < 0.32
@@ -226,7 +226,7 @@ def test_the_diagnostics_say_what_the_belt_does_and_where_the_boxes_are(start, o
     heard, news = [], threading.Event()
 
     def on_message(msg):
-        heard.append({one.key: one.value for one in msg.status[0].values})
+        heard.append({pair.key: pair.value for pair in msg.status[0].values})
         news.set()
 
     observer.node.create_subscription(DiagnosticArray, '/diagnostics', on_message, 10)

@@ -19,8 +19,8 @@ def pick(cell, box_id):
 
 def test_an_inserted_box_waits_and_comes_before_the_next_of_the_stream():
     cell = ConveyorRig()
-    outcome = cell.conveyor.insert_box(Box('mine', SIZE, 2.5), *cell.clock())
-    assert outcome.changed
+    news = cell.conveyor.insert_box(Box('mine', SIZE, 2.5), *cell.clock())
+    assert news.changed
     assert 'mine' not in cell.ids()
     pick(cell, 'b0')
     assert 'mine' in cell.ids()
@@ -48,8 +48,8 @@ def test_a_box_that_cannot_ride_is_not_inserted():
 
 def test_a_removed_box_is_rejected_for_the_operator_and_replaced():
     cell = ConveyorRig()
-    outcome = cell.conveyor.remove_box('b2', *cell.clock())
-    (event,) = outcome.events
+    news = cell.conveyor.remove_box('b2', *cell.clock())
+    (event,) = news.events
     assert (event.box_id, event.event, event.reason) == ('b2', Kind.REJECTED, Reason.OPERATOR)
     assert sorted(cell.ids()) == ['b0', 'b1', 'b3', 'b4', 'b5']
     assert cell.conveyor.counts[Whereabouts.REJECTED] == 1
@@ -86,8 +86,8 @@ def test_a_pause_a_drain_and_an_inserted_box_hold_over_a_restart():
     assert cell.conveyor.condition == 'paused'
     cell.conveyor.pause(False, *cell.clock())
     cell.event('b0', Kind.PICKED)
-    found = next(item.box for item in cell.scan().boxes if item.box.id == 'mine')
-    assert (found.weight_kg, found.max_top_load_n) == (2.5, 0.0)
+    inserted = next(item.box for item in cell.scan().boxes if item.box.id == 'mine')
+    assert (inserted.weight_kg, inserted.max_top_load_n) == (2.5, 0.0)
     cell.event('b1', Kind.PICKED)
     assert len(cell.ids()) == 4
 
@@ -97,8 +97,8 @@ def test_a_box_that_was_passed_over_too_often_goes_to_the_reject_lane():
     events = []
     for name in ('b0', 'b1', 'b2', 'b5'):
         events += pick(cell, name).events
-    assert sorted(one.box_id for one in events) == ['b3', 'b4']
-    assert {one.reason for one in events} == {Reason.MAX_LAPS}
+    assert sorted(event.box_id for event in events) == ['b3', 'b4']
+    assert {event.reason for event in events} == {Reason.MAX_LAPS}
     assert 'passed over 4 times' in events[0].text
     assert cell.conveyor.counts[Whereabouts.REJECTED] == 2
     assert cell.conveyor.statistics.most_laps == 4
@@ -120,8 +120,8 @@ def test_boxes_come_when_they_arrive_and_the_scan_shows_what_there_is():
     assert cell.conveyor.next_change_s(cell.now) == pytest.approx(130.0)
     cell.step(29.0)
     assert len(cell.ids()) == 2
-    outcomes = cell.step(1.2)
-    assert sum(one.changed for one in outcomes) == 1
+    told = cell.step(1.2)
+    assert sum(news.changed for news in told) == 1
     assert cell.ids() == ['b0', 'b1', 'b2', 'b3']
     cell.step(60.0)
     assert len(cell.ids()) == 5

@@ -15,7 +15,7 @@ pytestmark = pytest.mark.ros
 
 class ConveyorProcess:
     def __init__(self, *parameters):
-        arguments = [part for one in parameters for part in ('-p', one)]
+        arguments = [part for parameter in parameters for part in ('-p', parameter)]
         command = [sys.executable, '-m', 'conveyor_sim.ros.node', '--ros-args', *arguments]
         self.popen = subprocess.Popen(
             command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, env=os.environ
@@ -37,16 +37,16 @@ def process():
         return running[-1]
 
     yield start
-    for one in running:
-        one.end(signal.SIGKILL)
+    for conveyor in running:
+        conveyor.end(signal.SIGKILL)
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 def test_it_starts_alone_and_ends_with_code_0_when_told(process, observer, number):
-    one = process('speed:=0.0')
+    conveyor = process('speed:=0.0')
     assert len(observer.wait_for(lambda scan: True).boxes) == 5
     start = time.monotonic()
-    code, text = one.end(number)
+    code, text = conveyor.end(number)
     assert time.monotonic() - start < 3.0
     assert code == 0
     assert 'Traceback' not in text
@@ -64,9 +64,9 @@ def test_it_starts_alone_and_ends_with_code_0_when_told(process, observer, numbe
     ],
 )
 def test_what_cannot_be_done_ends_with_code_2_and_one_line(process, ros_domain, parameter, words):
-    one = process(parameter)
-    text = one.popen.communicate(timeout=20.0)[1]
-    assert one.popen.returncode == 2
+    conveyor = process(parameter)
+    text = conveyor.popen.communicate(timeout=20.0)[1]
+    assert conveyor.popen.returncode == 2
     assert words in text
     assert len(text.strip().splitlines()) == 1
 

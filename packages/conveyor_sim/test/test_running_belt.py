@@ -134,7 +134,7 @@ def test_at_speed_0_the_chosen_box_is_there_at_once_and_held_until_it_is_picked(
     belt.bring(find(belt, order[2], 0.0).slot, 7.0)
     item = find(belt, order[2], 1e6)
     assert (item.held, item.opens_s, item.closes_s) == (True, 7.0, None)
-    assert [find(belt, one, 0.0).laps for one in order] == [1, 1, 0, 0, 0]
+    assert [find(belt, box_id, 0.0).laps for box_id in order] == [1, 1, 0, 0, 0]
 
 
 def test_a_box_that_comes_back_lies_at_the_blade_and_who_is_in_its_way_makes_room():
@@ -171,7 +171,7 @@ def apart(view, length):
     """Least free way between two neighbours on the loop."""
     spans = sorted((item.s_m % length, item.box.size_mm[1] / 1000.0) for item in view)
     pairs = zip(spans, [*spans[1:], (spans[0][0] + length, 0.0)], strict=True)
-    return min(after[0] - (one[0] + one[1]) for one, after in pairs)
+    return min(after[0] - (start + length) for (start, length), after in pairs)
 
 
 @settings(max_examples=60, deadline=None)

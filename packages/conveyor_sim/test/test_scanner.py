@@ -49,7 +49,7 @@ def test_what_a_noisy_scanner_says_of_a_tiny_box_is_still_a_box():
 def test_the_scan_tells_what_was_measured_and_the_physics_what_is_true():
     rows = tuple(replace(BOX, id=f'b{n}', com_offset_mm=(0.0, 0.0, 0.0)) for n in range(5))
     cell = ConveyorRig(rows, size_sigma=2.0, weight_sigma=0.02, yaw_sigma=0.5, seed=2)
-    true = {one.box.id: one for one in cell.conveyor.true_boxes(cell.now)}
+    true = {scanned.box.id: scanned for scanned in cell.conveyor.true_boxes(cell.now)}
     for item in cell.scan().boxes:
         assert item.box.size_mm != SIZE
         assert item.box.size_stddev_mm == (2.0, 2.0, 2.0)

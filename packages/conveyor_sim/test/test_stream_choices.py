@@ -46,12 +46,12 @@ def br(tmp_path):
 @pytest.mark.parametrize('pieces', [2, LEAST_PIECES, 23, 37])
 def test_a_cut_bin_is_filled_exactly_by_boxes_that_obey_the_cutting_rule(pieces):
     for seed in range(20):
-        found = cut((80, 45, 45), pieces, random.Random(seed))
-        assert sum(x * y * z for x, y, z in found) == 80 * 45 * 45
-        assert len(found) >= pieces
-        assert all(5 <= edge <= 45 for piece in found for edge in piece)
+        cut_up = cut((80, 45, 45), pieces, random.Random(seed))
+        assert sum(x * y * z for x, y, z in cut_up) == 80 * 45 * 45
+        assert len(cut_up) >= pieces
+        assert all(5 <= edge <= 45 for piece in cut_up for edge in piece)
         if pieces >= LEAST_PIECES:
-            assert len(found) == pieces
+            assert len(cut_up) == pieces
 
 
 def test_a_bin_that_cannot_be_cut_so_often_is_refused():
@@ -62,8 +62,8 @@ def test_a_bin_that_cannot_be_cut_so_often_is_refused():
 def test_each_round_of_syn_is_ten_bins_cut_anew():
     stream = Stream.open('syn:seed=3', count=460)
     rounds = [[stream[n] for n in range(first, first + 230)] for first in (0, 230)]
-    for one in rounds:
-        assert sum(box.volume_mm3 for box in one) == 10 * parse_bin('SYN').volume_mm3
+    for boxes in rounds:
+        assert sum(box.volume_mm3 for box in boxes) == 10 * parse_bin('SYN').volume_mm3
     assert [box.size_mm for box in rounds[0]] != [box.size_mm for box in rounds[1]]
 
 
@@ -221,8 +221,8 @@ def test_boxes_are_drawn_with_replacement(tmp_path):
 def test_destinations_are_given_to_boxes_that_have_none_the_same_way_each_time():
     rows = (Box('a', (3, 2, 1), destination='Oslo'), *(Box(f'b{n}', (3, 2, 1)) for n in range(60)))
     stream = Stream(rows, seed=2, destinations=3)
-    found = {box.id: box.destination for box in stream}
-    assert found.pop('a') == 'Oslo'
-    assert set(found.values()) == {'D1', 'D2', 'D3'}
+    bound_for = {box.id: box.destination for box in stream}
+    assert bound_for.pop('a') == 'Oslo'
+    assert set(bound_for.values()) == {'D1', 'D2', 'D3'}
     assert list(stream) == list(Stream(rows, seed=2, destinations=3))
     assert {box.destination for box in Stream(rows[1:])} == {''}

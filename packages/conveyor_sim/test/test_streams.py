@@ -259,11 +259,11 @@ def test_repetition_never_makes_an_id_that_the_file_has():
 
 def test_a_seed_shuffles_every_round_the_same_way_each_time():
     entries = tuple(Box(str(n), (300, 200, 100)) for n in range(30))
-    one = [box.id for box in Stream(entries, 60, seed=7)]
-    assert one == [box.id for box in Stream(entries, 60, seed=7)]
-    assert one != [box.id for box in Stream(entries, 60, seed=8)]
-    assert sorted(one[:30]) == sorted(str(n) for n in range(30))
-    assert [name.split('#')[0] for name in one[30:]] != one[:30]
+    order = [box.id for box in Stream(entries, 60, seed=7)]
+    assert order == [box.id for box in Stream(entries, 60, seed=7)]
+    assert order != [box.id for box in Stream(entries, 60, seed=8)]
+    assert sorted(order[:30]) == sorted(str(n) for n in range(30))
+    assert [name.split('#')[0] for name in order[30:]] != order[:30]
 
 
 def test_a_stream_knows_its_ids():

@@ -143,7 +143,7 @@ class IndexingBelt(Drive):
     def view(self, now_s: float) -> list[OnBelt]:
         """Every box, nearest to the pick point first."""
         self._advance(now_s)
-        found = []
+        boxes = []
         for slot in sorted(range(len(self._riders)), key=self._nearness):
             rider = self._riders[slot]
             if rider is None:
@@ -151,7 +151,7 @@ class IndexingBelt(Drive):
             place = self._place(slot)
             before = (self._phase[slot] + self._state.pick_offset_um) % self._length
             held = place == 0 and self._state.travel_um == 0
-            found.append(
+            boxes.append(
                 OnBelt(
                     box=rider.box,
                     slot=slot,
@@ -163,7 +163,7 @@ class IndexingBelt(Drive):
                     opens_s=max(self._arrived_s, rider.since_s) if held else None,
                 )
             )
-        return found
+        return boxes
 
     def moves(self, now_s: float) -> bool:
         """Whether a motion is under way."""

@@ -62,16 +62,16 @@ def _random(per_second: float, seconds: float, seed: int) -> Iterator[tuple[floa
 
 
 def _listed(rest: str) -> list[tuple[float, float]]:
-    found: list[tuple[float, float]] = []
+    intervals: list[tuple[float, float]] = []
     for part in rest.split(','):
         begin, _, seconds = part.partition('+')
         begin_s = _number('start of a jam', begin, zero=True)
         end_s = begin_s + _number('seconds of a jam', seconds)
-        if found and begin_s < found[-1][1]:
+        if intervals and begin_s < intervals[-1][1]:
             msg = f'jams: the one at {begin_s:g} s begins before the one before it is over'
             raise ValueError(msg)
-        found.append((begin_s, end_s))
-    return found
+        intervals.append((begin_s, end_s))
+    return intervals
 
 
 def _number(what: str, text: str, *, zero: bool = False) -> float:

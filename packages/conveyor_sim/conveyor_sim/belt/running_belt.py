@@ -89,10 +89,10 @@ class RunningBelt(Drive):
 
     def restore(self, state: str, now_s: float) -> None:
         """Go on from ``state``; a box that was at the blade comes to it anew."""
-        found = json.loads(state) if state else {}
-        self._restored = found.get('places', {})
-        self._run_s, self._picked_s = found.get('run_s', 0.0), found.get('picked_s', 0.0)
-        self._wanted = found.get('wanted')
+        values = json.loads(state) if state else {}
+        self._restored = values.get('places', {})
+        self._run_s, self._picked_s = values.get('run_s', 0.0), values.get('picked_s', 0.0)
+        self._wanted = values.get('wanted')
         self._since_s = now_s
 
     def state(self, now_s: float) -> str:
@@ -147,21 +147,21 @@ class RunningBelt(Drive):
         """Lay ``box`` down at the blade, which holds it; who stands there makes room."""
         self._advance(now_s)
         rider = _RiderOnLoop(box, laps, 0.0)
-        guests = [one for one, other in self._taken() if self._conflict(rider, other)]
+        guests = [taken for taken, other in self._taken() if self._conflict(rider, other)]
         if not guests and all(other is not None for other in self._riders):
-            guests = [max(self._taken(), key=lambda one: one[1].s_m)[0]]
+            guests = [max(self._taken(), key=_how_far)[0]]
         pushed = []
         for guest in guests:
             other = self._riders[guest]
             assert other is not None
             pushed.append((other.box, self.take(guest, now_s, picked=False)))
-        free = [one for one, other in enumerate(self._riders) if other is None]
-        number = free[0] if slot is None or slot not in free else slot
-        self._riders[number] = rider
+        free = [number for number, other in enumerate(self._riders) if other is None]
+        at = free[0] if slot is None or slot not in free else slot
+        self._riders[at] = rider
         self._let_go()
-        self._wanted = number
-        self._hold(number, now_s)
-        return number, pushed
+        self._wanted = at
+        self._hold(at, now_s)
+        return at, pushed
 
     def take(self, slot: int, now_s: float, *, picked: bool) -> int:
         """Empty a slot and return the laps of the box that was in it.
@@ -194,12 +194,12 @@ class RunningBelt(Drive):
     def view(self, now_s: float) -> list[OnBelt]:
         """Every box, in the order in which they come to the pick point."""
         self._advance(now_s)
-        found = []
-        for slot, rider in sorted(self._taken(), key=lambda one: one[1].s_m):
+        boxes = []
+        for slot, rider in sorted(self._taken(), key=_how_far):
             held = slot == self._held
             opens_s, closes_s = self._window(rider, held=held, now_s=now_s)
             at_run_s = self._held_run_s if held else self._run_s + rider.s_m / self._belt_speed
-            found.append(
+            boxes.append(
                 OnBelt(
                     box=rider.box,
                     slot=slot,
@@ -212,7 +212,7 @@ class RunningBelt(Drive):
                     closes_s=closes_s,
                 )
             )
-        return found
+        return boxes
 
     def moves(self, now_s: float) -> bool:
         """Whether the belt runs."""
@@ -268,12 +268,12 @@ class RunningBelt(Drive):
                 return spot
         return None
 
-    def _conflict(self, one: _RiderOnLoop, other: _RiderOnLoop) -> bool:
+    def _conflict(self, rider: _RiderOnLoop, other: _RiderOnLoop) -> bool:
         """Whether two boxes stand nearer to each other than the gap, round the loop."""
-        ahead = (other.s_m - one.s_m) % self._length
-        behind = (one.s_m - other.s_m) % self._length
+        ahead = (other.s_m - rider.s_m) % self._length
+        behind = (rider.s_m - other.s_m) % self._length
         return (
-            ahead < one.depth_m + self._gap - _TOUCH_M
+            ahead < rider.depth_m + self._gap - _TOUCH_M
             or behind < other.depth_m + self._gap - _TOUCH_M
         )
 
@@ -333,7 +333,7 @@ class RunningBelt(Drive):
     def _move(self, way_m: float) -> None:
         """Move everything that nothing holds back by ``way_m``; the chosen box never passes."""
         free_m = 0.0
-        for slot, rider in sorted(self._taken(), key=lambda one: one[1].s_m):
+        for slot, rider in sorted(self._taken(), key=_how_far):
             if self._held is not None:
                 if slot != self._held:
                     rider.s_m = min(rider.s_m, max(rider.s_m - way_m, free_m))
@@ -345,3 +345,8 @@ class RunningBelt(Drive):
             while rider.s_m < 0.0:
                 rider.s_m += self._length
                 rider.laps += 1
+
+
+def _how_far(taken: tuple[int, _RiderOnLoop]) -> float:
+    """How far a box is from the pick point."""
+    return taken[1].s_m

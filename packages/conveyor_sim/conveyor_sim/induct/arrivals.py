@@ -95,7 +95,7 @@ def _bursts(rest: str, seed: int) -> Iterator[float]:
 
 def _recorded(rest: str, seed: int) -> Iterator[float]:
     times = read_times(Path(rest).expanduser())
-    return (turn * times[-1] + one for turn in count() for one in times)
+    return (turn * times[-1] + time_s for turn in count() for time_s in times)
 
 
 def read_times(path: Path) -> list[float]:

@@ -174,14 +174,14 @@ class BoxBook:
 
     def news(self) -> tuple[tuple[BoxEvent, ...], tuple[str, ...]]:
         """Events and notes since the last call."""
-        found = tuple(self._events), tuple(self._notes)
+        news = tuple(self._events), tuple(self._notes)
         self._events, self._notes = [], []
-        return found
+        return news
 
     def counts(self) -> dict[Whereabouts, int]:
         """How many boxes are where; the sum is the number that was given out."""
-        found = Counter(record.place for record in self._records.values())
-        return {place: found[place] for place in Whereabouts}
+        numbers = Counter(record.place for record in self._records.values())
+        return {place: numbers[place] for place in Whereabouts}
 
     def _note_place(self, record: BoxRecord) -> None:
         if record.ordinal < INSERTED_FROM:

@@ -160,8 +160,8 @@ class Ledger:
         """How many boxes are where; the sum is the number that the stream has given out."""
         with self._explained():
             rows = self._db.execute('SELECT place, COUNT(*) FROM boxes GROUP BY place').fetchall()
-        found = Counter({Whereabouts(place): number for place, number in rows})
-        return {place: found[place] for place in Whereabouts}
+        numbers = Counter({Whereabouts(place): number for place, number in rows})
+        return {place: numbers[place] for place in Whereabouts}
 
     def setting(self, key: str, default: str = '') -> str:
         """A remembered value."""

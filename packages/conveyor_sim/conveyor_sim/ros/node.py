@@ -213,10 +213,10 @@ class ConveyorNode(Node):
         self._on_content('bin_closed', [msg], time_from_ros(msg.header.stamp))
 
     def _on_content(self, topic: str, bins: Iterable[BinState], content_stamp_s: float) -> None:
-        box_ids = [placed.box.id for one in bins for placed in one.boxes]
+        box_ids = [placed.box.id for content in bins for placed in content.boxes]
         if '' in box_ids:
             self._complain(topic, 'a box in a bin has an empty id')
-        named = [one for one in box_ids if one]
+        named = [box_id for box_id in box_ids if box_id]
         self._tell(self._conveyor.on_content(named, content_stamp_s, *self._now()), topic)
 
     def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
@@ -264,7 +264,7 @@ class ConveyorNode(Node):
         self.get_logger().warning(f'ignored on {topic}: {why}', throttle_duration_sec=THROTTLE_S)
 
     def _check_parameters(self, changes: list[Parameter]) -> SetParametersResult:
-        specs = {one.name: one for one in parameter_fields(ConveyorParameters)}
+        specs = {spec.name: spec for spec in parameter_fields(ConveyorParameters)}
         try:
             for change in changes:
                 if change.name in specs:
@@ -274,8 +274,8 @@ class ConveyorNode(Node):
         return SetParametersResult(successful=True)
 
     def _use_parameters(self, changes: list[Parameter]) -> None:
-        known = {one.name for one in parameter_fields(ConveyorParameters)}
-        values = {one.name: one.value for one in changes if one.name in known}
+        known = {spec.name for spec in parameter_fields(ConveyorParameters)}
+        values = {change.name: change.value for change in changes if change.name in known}
         self._params = params = replace(self._params, **values)
         self._conveyor.tune(
             self._now()[0],

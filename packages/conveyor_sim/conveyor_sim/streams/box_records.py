@@ -1,4 +1,4 @@
-"""One record of a box file becomes a :class:`Box`, or a :class:`RejectedRow` that says why not."""
+"""One row of a box file becomes a :class:`Box`, or a :class:`RejectedRow` that says why not."""
 
 from __future__ import annotations
 
@@ -79,9 +79,9 @@ class _BadCell(ValueError):
         self.value = value
 
 
-def entries_from(records: Iterable[FileRow], file: str) -> tuple[Entry, ...]:
-    """Each record as a box or as a rejected row, in order; ids are unique over all of them."""
-    rows = list(records)
+def entries_from(file_rows: Iterable[FileRow], file: str) -> tuple[Entry, ...]:
+    """Each row as a box or as a rejected row, in order; ids are unique over all of them."""
+    rows = list(file_rows)
     given = {_given_id(row) for row in rows}
     taken: set[str] = set()
     entries: list[Entry] = []

@@ -132,14 +132,14 @@ def _mpv(options: Mapping[str, str], seed: int) -> BoxSource:
 
 
 def _options(text: str, kind: str, known: tuple[str, ...]) -> dict[str, str]:
-    found: dict[str, str] = {}
+    options: dict[str, str] = {}
     for item in filter(None, text.split(',')):
         name, equals, value = item.partition('=')
-        if name not in known or not equals or name in found:
+        if name not in known or not equals or name in options:
             msg = f'{kind}:{text}: {item!r} is not one of {", ".join(f"{n}=..." for n in known)}'
             raise BoxFileError(msg)
-        found[name] = value
-    return found
+        options[name] = value
+    return options
 
 
 def _whole(options: Mapping[str, str], name: str, default: int, low: int, high: int) -> int:

@@ -10,7 +10,7 @@ from conveyor_sim.streams.box_records import SIZE_COLUMNS, BoxFileError, FileRow
 _DELIMITERS = ',;\t'
 
 
-def csv_records(text: str, file: str) -> Iterator[FileRow]:
+def csv_rows(text: str, file: str) -> Iterator[FileRow]:
     """Each line of a CSV text with a header; comma, semicolon or tab apart.
 
     A line is read by itself, so that a stray quotation mark costs no other line. Where fields are
@@ -30,7 +30,7 @@ def csv_records(text: str, file: str) -> Iterator[FileRow]:
     delimiter = max(_DELIMITERS, key=first[1].count)
     header = _header(first[1], delimiter, file)
     for number, line in numbered:
-        yield _record(number, line, delimiter, header)
+        yield _row(number, line, delimiter, header)
 
 
 def _header(line: str, delimiter: str, file: str) -> list[str]:
@@ -49,7 +49,7 @@ def _header(line: str, delimiter: str, file: str) -> list[str]:
     return names
 
 
-def _record(number: int, line: str, delimiter: str, header: list[str]) -> FileRow:
+def _row(number: int, line: str, delimiter: str, header: list[str]) -> FileRow:
     place = f'line {number}'
     damage = ''
     try:

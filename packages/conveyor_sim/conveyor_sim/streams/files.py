@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from conveyor_sim.streams.box_records import BoxFileError, Entry, FileRow, entries_from
-from conveyor_sim.streams.csv_file import csv_records
-from conveyor_sim.streams.json_file import json_records
+from conveyor_sim.streams.csv_file import csv_rows
+from conveyor_sim.streams.json_file import json_rows
 
 #: The stream that ships with the cell: 40 cartons of public sizes.
 BUILT_IN = Path(__file__).parent.parent / 'data' / 'cartons.csv'
@@ -25,16 +25,16 @@ def read_entries(path: str | Path = '') -> tuple[Entry, ...]:
     """
     source = Path(path).expanduser() if str(path) else BUILT_IN
     text = _text(source)
-    entries = entries_from(_records(text, source), source.name)
+    entries = entries_from(_rows(text, source), source.name)
     if not entries:
         msg = f'box file {source} holds no boxes'
         raise BoxFileError(msg)
     return entries
 
 
-def _records(text: str, source: Path) -> Iterator[FileRow]:
+def _rows(text: str, source: Path) -> Iterator[FileRow]:
     is_json = source.suffix.lower() == '.json' or text.lstrip()[:1] in ('{', '[')
-    return json_records(text, str(source)) if is_json else csv_records(text, str(source))
+    return json_rows(text, str(source)) if is_json else csv_rows(text, str(source))
 
 
 def _text(source: Path) -> str:

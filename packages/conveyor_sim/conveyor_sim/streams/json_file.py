@@ -15,7 +15,7 @@ from typing import Any
 from conveyor_sim.streams.box_records import SIZE_COLUMNS, BoxFileError, FileRow
 
 
-def json_records(text: str, file: str) -> Iterator[FileRow]:
+def json_rows(text: str, file: str) -> Iterator[FileRow]:
     """Each item of each order in its sequence, or each object of a plain list.
 
     Raises
@@ -32,11 +32,11 @@ def json_records(text: str, file: str) -> Iterator[FileRow]:
         msg = f'box file {file} is not JSON: {error}'
         raise BoxFileError(msg) from None
     if isinstance(data, list):
-        return _list_records(data, file)
+        return _rows_of_list(data, file)
     if isinstance(data, dict) and 'item_sequence' in data:
-        return _order_records({'order': data}, file)
+        return _rows_of_orders({'order': data}, file)
     if isinstance(data, dict) and data:
-        return _order_records(data, file)
+        return _rows_of_orders(data, file)
     msg = f'box file {file} holds no orders: an object of orders or a list of boxes is needed'
     raise BoxFileError(msg)
 
@@ -46,26 +46,26 @@ class _TwiceError(Exception):
 
 
 def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) != len(pairs):
+    values = dict(pairs)
+    if len(values) != len(pairs):
         keys = [key for key, _ in pairs]
         raise _TwiceError(repr(next(key for key in keys if keys.count(key) > 1)))
-    return found
+    return values
 
 
-def _list_records(items: list[Any], file: str) -> Iterator[FileRow]:
+def _rows_of_list(items: list[Any], file: str) -> Iterator[FileRow]:
     if not any(isinstance(item, dict) and _has_sizes(item) for item in items):
         msg = f'box file {file} is a list without any box that has length_mm, width_mm, height_mm'
         raise BoxFileError(msg)
     for number, item in enumerate(items, start=1):
-        yield _record(f'item {number}', item, '')
+        yield _row(f'item {number}', item, '')
 
 
 def _has_sizes(item: dict[str, Any]) -> bool:
     return all(any(name in item for name in names) for names in SIZE_COLUMNS)
 
 
-def _order_records(orders: dict[str, Any], file: str) -> Iterator[FileRow]:
+def _rows_of_orders(orders: dict[str, Any], file: str) -> Iterator[FileRow]:
     if not any(isinstance(order, dict) and 'item_sequence' in order for order in orders.values()):
         msg = f'box file {file} holds no order with an "item_sequence" (the format of BED-BPP)'
         raise BoxFileError(msg)
@@ -77,14 +77,14 @@ def _order_records(orders: dict[str, Any], file: str) -> Iterator[FileRow]:
             continue
         for key in sorted(items, key=_sequence_key):
             place = f'order {order_id!r}, item {key!r}'
-            yield _record(place, items[key], f'{order_id}-{key}', order_id)
+            yield _row(place, items[key], f'{order_id}-{key}', order_id)
 
 
 def _sequence_key(key: str) -> tuple[int, str]:
     return (int(key), '') if key.isdecimal() else (2**63, key)
 
 
-def _record(place: str, item: Any, named: str, order_id: str = '') -> FileRow:  # noqa: ANN401
+def _row(place: str, item: Any, named: str, order_id: str = '') -> FileRow:  # noqa: ANN401
     if not isinstance(item, dict):
         return FileRow(0, place, {}, named=named, damage=f'is not an object: {str(item)[:60]!r}')
     values = {str(key): '' if cell is None else str(cell).strip() for key, cell in item.items()}

@@ -77,14 +77,14 @@ def _all_fill(count: int, rng: random.Random) -> list[_Size]:
         msg = f'class 9 cuts {_CUT_BINS} bins: at least {_CUT_BINS} boxes are needed, not {count}'
         raise ValueError(msg)
     third = count // _CUT_BINS
-    found: list[_Size] = []
+    sizes: list[_Size] = []
     for pieces in (third, third, count - 2 * third):
         cut: list[_Size] = []
         while not cut or min(min(size) for size in cut) < 1:
             # The pattern of five needs three units of room, and the cuts may have left less.
             cut = _cut((_BIN, _BIN, _BIN), pieces, rng)
-        found += cut
-    return found
+        sizes += cut
+    return sizes
 
 
 def _cut(size: _Size, pieces: int, rng: random.Random) -> list[_Size]:
@@ -98,12 +98,12 @@ def _cut(size: _Size, pieces: int, rng: random.Random) -> list[_Size]:
         return [(x - 2 * w, y - 2 * h, z), *arms, *arms]
     if max(size) < 2:
         return [(0, 0, 0)] * pieces
-    axis = rng.choice([one for one in range(3) if size[one] >= 2])
+    axis = rng.choice([axis for axis in range(3) if size[axis] >= 2])
     where = rng.randint(1, size[axis] - 1)
-    one, other = list(size), list(size)
-    one[axis], other[axis] = where, size[axis] - where
+    near, far = list(size), list(size)
+    near[axis], far[axis] = where, size[axis] - where
     first = (pieces + 1) // 2
     return [
-        *_cut((one[0], one[1], one[2]), first, rng),
-        *_cut((other[0], other[1], other[2]), pieces - first, rng),
+        *_cut((near[0], near[1], near[2]), first, rng),
+        *_cut((far[0], far[1], far[2]), pieces - first, rng),
     ]

@@ -154,7 +154,7 @@ def _renamed(entry: Entry, suffix: str) -> Entry:
 def _free_mark(ids: set[str]) -> str:
     """``#``, or as many of it as no id of the file already ends with before a number."""
     mark = '#'
-    while any(re.search(re.escape(mark) + r'[0-9]+$', one) for one in ids):
+    while any(re.search(re.escape(mark) + r'[0-9]+$', box_id) for box_id in ids):
         mark += '#'
     return mark
 

@@ -35,14 +35,14 @@ def read_run(folder: Path) -> tuple[Entry, ...]:
     except OSError as error:
         msg = f'{folder} is no folder of a run: {path.name}: {error.strerror or error}'
         raise BoxFileError(msg) from None
-    entries = entries_from(_records(lines, path), str(path))
+    entries = entries_from(_rows(lines, path), str(path))
     if not entries:
         msg = f'{path} holds no boxes'
         raise BoxFileError(msg)
     return entries
 
 
-def _records(lines: Iterable[str], path: Path) -> Iterator[FileRow]:
+def _rows(lines: Iterable[str], path: Path) -> Iterator[FileRow]:
     for number, line in enumerate(lines, start=1):
         place = f'line {number}'
         try:

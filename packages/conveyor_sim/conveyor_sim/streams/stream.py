@@ -103,4 +103,4 @@ class Stream:
 
 def destination_names(number: int) -> tuple[str, ...]:
     """The destinations that a stream gives to boxes without one: ``D1`` to ``D<number>``."""
-    return tuple(f'D{one}' for one in range(1, number + 1))
+    return tuple(f'D{place}' for place in range(1, number + 1))

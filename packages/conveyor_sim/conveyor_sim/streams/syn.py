@@ -28,9 +28,11 @@ Piece = tuple[int, int, int]
 def cut_bins(spec: BinSpec, pieces: int, rng: random.Random, bins: int = SYN_BINS) -> list[Vec3]:
     """``bins`` bins, each cut into ``pieces`` boxes, and all of them shuffled; millimetres."""
     length, breadth, height = (edge // 10 for edge in spec.size_mm)
-    found = [piece for _ in range(bins) for piece in cut((length, breadth, height), pieces, rng)]
-    rng.shuffle(found)
-    return [(10.0 * x, 10.0 * y, 10.0 * z) for x, y, z in found]
+    pieces_cm = [
+        piece for _ in range(bins) for piece in cut((length, breadth, height), pieces, rng)
+    ]
+    rng.shuffle(pieces_cm)
+    return [(10.0 * x, 10.0 * y, 10.0 * z) for x, y, z in pieces_cm]
 
 
 def cut(size_cm: Piece, pieces: int, rng: random.Random) -> list[Piece]:
@@ -45,27 +47,27 @@ def cut(size_cm: Piece, pieces: int, rng: random.Random) -> list[Piece]:
     ValueError
         No piece is large enough to be cut once more.
     """
-    found = [size_cm]
+    pieces_cm = [size_cm]
     while True:
-        large = [index for index, piece in enumerate(found) if max(piece) > LONGEST_EDGE_CM]
+        large = [index for index, piece in enumerate(pieces_cm) if max(piece) > LONGEST_EDGE_CM]
         if large:
             index = large[0]
-            axis = max(range(3), key=lambda a: found[index][a])
-        elif len(found) >= pieces:
-            return found
-        elif all(max(piece) < 2 * SHORTEST_EDGE_CM for piece in found):
+            axis = max(range(3), key=lambda a: pieces_cm[index][a])
+        elif len(pieces_cm) >= pieces:
+            return pieces_cm
+        elif all(max(piece) < 2 * SHORTEST_EDGE_CM for piece in pieces_cm):
             size = 'x'.join(map(str, size_cm))
             msg = f'a bin of {size} cm cannot be cut into {pieces} boxes: use fewer boxes per bin'
             raise ValueError(msg)
         else:
-            volumes = [piece[0] * piece[1] * piece[2] for piece in found]
-            index = rng.choices(range(len(found)), volumes)[0]
+            volumes = [piece[0] * piece[1] * piece[2] for piece in pieces_cm]
+            index = rng.choices(range(len(pieces_cm)), volumes)[0]
             axis = rng.randrange(3)
-        edge = found[index][axis]
+        edge = pieces_cm[index][axis]
         if edge < 2 * SHORTEST_EDGE_CM:
             continue
         where = rng.randint(SHORTEST_EDGE_CM, edge - SHORTEST_EDGE_CM)
-        one, other = list(found[index]), list(found[index])
-        one[axis], other[axis] = where, edge - where
-        found[index] = (one[0], one[1], one[2])
-        found.append((other[0], other[1], other[2]))
+        near, far = list(pieces_cm[index]), list(pieces_cm[index])
+        near[axis], far[axis] = where, edge - where
+        pieces_cm[index] = (near[0], near[1], near[2])
+        pieces_cm.append((far[0], far[1], far[2]))
