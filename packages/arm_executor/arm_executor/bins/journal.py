@@ -203,12 +203,18 @@ class Journal:
         """Revision of all bins together."""
         self._set_meta('revision', str(revision))
 
-    def add_bin(self, one: Bin, stamp_s: float) -> None:
+    def add_bin(self, opened: Bin, stamp_s: float) -> None:
         """A bin was opened."""
-        row = (one.serial, one.id, one.spec.name, json.dumps(one.spec.size_mm), one.station)
+        row = (
+            opened.serial,
+            opened.id,
+            opened.spec.name,
+            json.dumps(opened.spec.size_mm),
+            opened.station,
+        )
         self._db.execute(
             'INSERT INTO bin VALUES (?, ?, ?, ?, ?, ?, ?, ?, NULL)',
-            (*row, one.destination, one.revision, stamp_s),
+            (*row, opened.destination, opened.revision, stamp_s),
         )
 
     def close_bin(self, serial: int, stamp_s: float) -> None:
@@ -289,8 +295,8 @@ class Journal:
 
     def closed_bins(self, limit: int) -> tuple[Bin, ...]:
         """The ``limit`` bins closed last, oldest first."""
-        found = self._bins(f'closed_s IS NOT NULL ORDER BY serial DESC LIMIT {int(limit)}')
-        return found[::-1]
+        newest_first = self._bins(f'closed_s IS NOT NULL ORDER BY serial DESC LIMIT {int(limit)}')
+        return newest_first[::-1]
 
     def _bins(self, condition: str) -> tuple[Bin, ...]:
         rows = self._db.execute(
@@ -302,7 +308,7 @@ class Journal:
                 id=name,
                 serial=serial,
                 spec=bin_called(kind, tuple(json.loads(size))),
-                boxes=tuple(one.in_bin for one in self.attempts_in(serial)),
+                boxes=tuple(attempt.in_bin for attempt in self.attempts_in(serial)),
                 station=station,
                 revision=revision,
                 destination=destination,

@@ -101,18 +101,16 @@ def footing_errors(placed: PlacedBox, others: Sequence[PlacedBox], profile: Prof
         return []
     base = measured_footprint(placed)
     below = [
-        other
+        (measured_top_mm(other), other, contact)
         for other in supporters(placed, others, profile.support_tolerance_mm)
-        if overlap(base, measured_footprint(other)) is not None
+        if (contact := overlap(base, measured_footprint(other))) is not None
     ]
-    highest_mm = max(map(measured_top_mm, below), default=0.0)
-    carrying = [other for other in below if measured_top_mm(other) >= highest_mm - LEVEL_MM]
-    shared = (overlap(base, measured_footprint(other)) for other in carrying)
-    contact = [rect for rect in shared if rect is not None]
-    inside = hull_distance(contact, centre_of_mass(placed))
+    highest_mm = max((top_mm for top_mm, _, _ in below), default=0.0)
+    carrying = [entry for entry in below if entry[0] >= highest_mm - LEVEL_MM]
+    inside = hull_distance([contact for _, _, contact in carrying], centre_of_mass(placed))
     if inside >= LEAST_MARGIN_MM:
         return []
-    names = ', '.join(repr(other.box.id) for other in carrying) or 'nothing'
+    names = ', '.join(repr(other.box.id) for _, other, _ in carrying) or 'nothing'
     text = (
         f'box {placed.box.id!r} would tip over on {names}: by measured sizes its centre of mass '
         f'lies {inside:.1f} mm inside what carries it, {LEAST_MARGIN_MM:g} mm are needed'
