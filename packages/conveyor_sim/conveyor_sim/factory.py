@@ -6,10 +6,10 @@ from conveyor_sim.belt.indexing_belt import IndexingBelt
 from conveyor_sim.belt.jams import find_jams
 from conveyor_sim.belt.loop import Belt
 from conveyor_sim.belt.running_belt import RunningBelt
-from conveyor_sim.conveyor import Conveyor
+from conveyor_sim.conveyor.conveyor import Conveyor
+from conveyor_sim.conveyor.operating_conditions import OperatingConditions
 from conveyor_sim.induct.arrivals import find_arrivals
 from conveyor_sim.ledger.ledger import Ledger
-from conveyor_sim.operating_conditions import OperatingConditions
 from conveyor_sim.parameters import ConveyorParameters
 from conveyor_sim.scanning.fault_plan import FaultPlan, parse_faults
 from conveyor_sim.scanning.inspection import Inspection

@@ -129,7 +129,17 @@ class Induct:
 def feed(
     induct: Induct, belt: Belt, clock: RobotClock, now_s: float, stamp_s: float, *, draining: bool
 ) -> None:
-    """Lay on what has come, as long as there is room; while ``draining`` only what waits."""
+    """Lay on what has come, as long as there is room.
+
+    Parameters
+    ----------
+    induct : where boxes come from.
+    belt : where they go.
+    clock : robot time; at speed 0 it skips to the next arrival when nothing else can happen.
+    now_s : seconds of the steady clock.
+    stamp_s : the same instant, seconds since the epoch, for those that are rejected.
+    draining : only boxes that wait already are laid on, none of the stream.
+    """
     book = induct.book
     while True:
         robot_s = clock.at(now_s)

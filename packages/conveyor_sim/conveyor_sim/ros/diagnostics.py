@@ -5,7 +5,7 @@ from __future__ import annotations
 from builtin_interfaces.msg import Time as TimeMsg
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
-from conveyor_sim.conveyor import Conveyor
+from conveyor_sim.conveyor.conveyor import Conveyor
 
 
 def diagnostics_to_ros(name: str, conveyor: Conveyor, stamp: TimeMsg) -> DiagnosticArray:

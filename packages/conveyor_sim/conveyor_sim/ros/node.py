@@ -35,9 +35,9 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool
 
+from conveyor_sim.conveyor.news import ConveyorNews
 from conveyor_sim.factory import make_conveyor, make_ledger, open_stream
 from conveyor_sim.ledger.ledger import LedgerError
-from conveyor_sim.news import ConveyorNews
 from conveyor_sim.parameters import ConveyorParameters
 from conveyor_sim.ros.diagnostics import diagnostics_to_ros
 from pack_msgs.msg import (

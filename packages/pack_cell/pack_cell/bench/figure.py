@@ -113,6 +113,7 @@ def _styles(records: Sequence[JsonObject]) -> dict[str, _Style]:
 def _ours(
     fill: Axes, time: Axes, records: Sequence[JsonObject], label: str, style: _Style, shift: float
 ) -> None:
+    """Our fill and time of one series, each point ``shift`` boxes beside its look-ahead."""
     colour, marker = style
     known = [record for record in records if record['fill_closed'] is not None]
     fill.errorbar(

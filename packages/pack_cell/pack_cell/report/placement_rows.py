@@ -19,7 +19,18 @@ def placement_row(
     event: BoxEvent | None,
     where: tuple[Bin, PlacedBox] | None,
 ) -> dict[str, Any]:
-    """A box as it was scanned and as it is, what was decided last, and where it ended."""
+    """A box as it was scanned and as it is, what was decided last, and where it ended.
+
+    Parameters
+    ----------
+    box_id : the name of the box.
+    box : as it was scanned last; ``None`` when no scan showed it.
+    true : as it really is, as far as that was told.
+    decision : the last one about it.
+    report : of the last goal with it.
+    event : the last one; ``None`` while it is on the belt.
+    where : the bin that it is in, and how it lies there.
+    """
     row: dict[str, Any] = {
         'box_id': box_id,
         'size_mm': list(box.size_mm) if box else None,

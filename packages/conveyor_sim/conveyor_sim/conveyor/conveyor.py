@@ -12,15 +12,15 @@ from dataclasses import replace
 
 from conveyor_sim.belt.belt_time import BeltTime
 from conveyor_sim.belt.loop import Belt
-from conveyor_sim.box_moves import BoxMoves
+from conveyor_sim.conveyor.box_moves import BoxMoves
+from conveyor_sim.conveyor.news import ConveyorNews, merged
+from conveyor_sim.conveyor.operating_conditions import OperatingConditions
+from conveyor_sim.conveyor.scan_maker import ScanMaker
 from conveyor_sim.induct.box_book import BoxBook, rejection
 from conveyor_sim.induct.induct import Induct, feed
 from conveyor_sim.ledger.ledger import BoxRecord, Ledger, Whereabouts
 from conveyor_sim.ledger.statistics import BeltStatistics
 from conveyor_sim.ledger.transitions import next_place
-from conveyor_sim.news import ConveyorNews, merged
-from conveyor_sim.operating_conditions import OperatingConditions
-from conveyor_sim.scan_maker import ScanMaker
 from conveyor_sim.streams.stream import Stream
 from pack_msgs_py.cell_values import BoxEvent, Decision, Scan, ScannedBox
 from pack_msgs_py.codes import BoxEventKind, PlacementStatus, Reason

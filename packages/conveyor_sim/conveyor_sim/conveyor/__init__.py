@@ -1,0 +1,1 @@
+"""The conveyor: what it is told, what it moves, what it says."""
