@@ -12,8 +12,9 @@ import yaml
 
 from arm_executor.parameters import ExecutorParameters
 from conveyor_sim.parameters import ConveyorParameters
+from pack_cell.options.declaration import add_options
 from pack_cell.options.parsers import OneLineParser
-from pack_cell.options.run_options import add_run_options
+from pack_cell.options.run_options import RunOptions
 from pack_msgs_py.parameter_fields import parameter_table
 from pack_msgs_py.ros.qos import TOPICS
 from pack_planner.parameters import PlannerParameters
@@ -58,7 +59,7 @@ def test_the_tables_that_are_made_from_the_code_are_as_the_code_is() -> None:
 
 def test_the_page_of_the_options_lists_every_option_of_run() -> None:
     parser = OneLineParser(prog='cell run')
-    add_run_options(parser)
+    add_options(parser, RunOptions)
     text = (ROOT / 'docs' / 'options.md').read_text()
     for action in parser._actions:
         for option in action.option_strings:

@@ -9,12 +9,14 @@ from collections.abc import Sequence
 
 from pack_cell.bench.options import add_bench
 from pack_cell.layout.command import add_layout, run_layout
+from pack_cell.options.declaration import add_options
 from pack_cell.options.parsers import OneLineParser
-from pack_cell.options.run_options import add_run_options, run_options
+from pack_cell.options.run_options import RunOptions, run_options
 from pack_cell.running.node_parameters import check_cell
 from pack_cell.running.run import EXIT_USAGE, run
 
-DEMO = ['--count', '40', '--bin', 'LDC', '--look-ahead', '5', '--algorithm', 'mpack_lite']
+#: Forty boxes of the project's own list; all else is as when nothing is said.
+DEMO = {'count': 40}
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -28,8 +30,7 @@ def build_parser() -> argparse.ArgumentParser:
         'decides, the arm packs them into LDC bins (120x80x80 cm). Prints a line per box and a '
         'summary; writes runs/<time>/.',
     )
-    demo.add_argument('--speed', default='0', metavar='X', help='1 real time, 0 (default) flat out')
-    demo.add_argument('--out', metavar='DIR', help='folder for the results (default runs/<time>)')
+    add_options(demo, RunOptions, only=('speed', 'out'))
     runner = verbs.add_parser(
         'run',
         help='run the cell on boxes and settings of your own',
@@ -38,15 +39,10 @@ def build_parser() -> argparse.ArgumentParser:
         'exactly one place and no rule broken, or stopped by Ctrl-C; 1: not so; 2: wrong option '
         'or file; 3: a node died; 4: the run stalled.',
     )
-    add_run_options(runner)
+    add_options(runner, RunOptions)
     add_bench(verbs)
     add_layout(verbs)
     return parser
-
-
-def _demo_arguments(arguments: argparse.Namespace) -> list[str]:
-    extra = ['--speed', arguments.speed]
-    return ['run', *DEMO, *extra, *(['--out', arguments.out] if arguments.out else [])]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -54,15 +50,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = list(sys.argv[1:] if arguments is None else arguments)
     parser = build_parser()
     parsed = parser.parse_args(given)
-    if parsed.verb == 'demo':
-        parsed = parser.parse_args(_demo_arguments(parsed))
     if parsed.verb == 'bench':
         from pack_cell.bench.command import run_bench
 
         return run_bench(parsed, given)
     if parsed.verb == 'layout':
         return run_layout(parsed)
-    options = run_options(vars(parsed))
+    basis = DEMO if parsed.verb == 'demo' else {}
+    options = run_options(basis | vars(parsed))
     try:
         check_cell(options)
         command = [os.environ.get('PACK_CELL_COMMAND', 'cell'), *given]

@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 from pack_cell.launching import FORMER_NAMES, launch_arguments, launched_nodes
-from pack_cell.options.declaration import declared_options
+from pack_cell.options.declaration import add_options, declared_options
 from pack_cell.options.parsers import OneLineParser
-from pack_cell.options.run_options import RunOptions, add_run_options
+from pack_cell.options.run_options import RunOptions
 
 #: Options of `cell run` that are about the run as a whole, not about its nodes.
 OF_THE_RUN = {'--help', '--respawn', '--stall-timeout', '--out', '--quiet', '--planner'}
@@ -21,7 +21,7 @@ OF_THE_RUN = {'--help', '--respawn', '--stall-timeout', '--out', '--quiet', '--p
 
 def test_every_option_of_a_node_is_an_argument_of_the_same_name():
     parser = OneLineParser(prog='cell run')
-    add_run_options(parser)
+    add_options(parser, RunOptions)
     options = {name for action in parser._actions for name in action.option_strings if name[2:]}
     arguments = {f'--{argument.name.replace("_", "-")}' for argument in launch_arguments()}
     assert options - OF_THE_RUN - {'-h'} == arguments

@@ -160,3 +160,13 @@ def test_a_decision_gets_the_time_that_motions_and_the_deadline_leave(
 ):
     options = parse_run_options(arguments)
     assert node_parameters(tmp_path, options)['planner']['budget_s'] == pytest.approx(budget_s)
+
+
+def test_the_demo_takes_speed_and_folder_and_names_a_wrong_one(capsys):
+    with pytest.raises(SystemExit) as caught:
+        main(['demo', '--speed', 'fast'])
+    assert caught.value.code == 2
+    assert capsys.readouterr().err.startswith("cell demo: argument --speed: 'fast' is not a number")
+    with pytest.raises(SystemExit):
+        main(['demo', '--bin', 'EQ'])
+    assert 'unrecognized arguments: --bin' in capsys.readouterr().err

@@ -7,7 +7,7 @@ the arguments of the launch file, the parameters of the nodes, and the table in 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
@@ -143,10 +143,17 @@ def help_text(declaration: Declaration, default: str = '', *, words: bool = True
     return (f'{text} ({", ".join(notes)})' if notes else text).replace('`', '')
 
 
-def add_options(parser: argparse.ArgumentParser, command: type) -> None:
-    """Add every option of ``command`` to ``parser``; the namespace holds those that are given."""
+def add_options(
+    parser: argparse.ArgumentParser, command: type, only: Collection[str] | None = None
+) -> None:
+    """Add every option of ``command`` to ``parser``, or ``only`` those with these keys.
+
+    The namespace holds those that are given.
+    """
     groups: dict[str, argparse._ArgumentGroup] = {}
     for named in declared_options(command):
+        if only is not None and named.key not in only:
+            continue
         declaration = named.declaration
         if declaration.group not in groups:
             groups[declaration.group] = parser.add_argument_group(declaration.group)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -325,11 +324,6 @@ class RunOptions:
     quiet: bool = option('', 'no progress, only the summary', _OUTPUT, flag=True, launched=False)
 
 
-def add_run_options(parser: argparse.ArgumentParser) -> None:
-    """Add every option of ``cell run`` to ``parser``."""
-    add_options(parser, RunOptions)
-
-
 def run_options(given: Mapping[str, Any]) -> RunOptions:
     """The options with what is ``given``, by key; the rest are defaults, some by profile."""
     values: dict[str, Any] = {}
@@ -347,5 +341,5 @@ def run_options(given: Mapping[str, Any]) -> RunOptions:
 def parse_run_options(arguments: Sequence[str], prog: str = 'cell run') -> RunOptions:
     """The options of a command line; a wrong one ends the process with a line and code 2."""
     parser = OneLineParser(prog=prog)
-    add_run_options(parser)
+    add_options(parser, RunOptions)
     return run_options(vars(parser.parse_args(arguments)))
