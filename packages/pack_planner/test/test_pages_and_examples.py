@@ -42,7 +42,7 @@ def test_the_algorithm_of_the_page_has_twenty_lines_and_packs(tmp_path):
     assert own_algorithm().count('\n') <= 20
     (tmp_path / 'mine.py').write_text(own_algorithm())
     printed = run(tmp_path / 'mine.py', tmp_path)
-    assert printed.count('80 boxes in') == 3 and 'Traceback' not in printed
+    assert printed.count('200 boxes in') == 3 and 'Traceback' not in printed
     assert find_algorithm(f'{tmp_path}/mine.py:my_rule').name == 'mine.py:my_rule'
 
 
