@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from arm_executor.model.kinematics import BRANCHES, CellKinematics, forward, inverse
+from arm_executor.model.kinematics import BRANCHES, CellKinematics, forward, inverse, quaternions_of
 from arm_executor.model.layout import Layout, Rail
 from arm_executor.model.robot_data import ROBOTS, find_robot
 from arm_executor.model.tree import CELL_JOINT_NAMES, LINKS, cell_joints
@@ -177,3 +177,12 @@ def test_transforms_of_the_tree_lead_to_the_pad(name, rail, angles):
 def test_unknown_robot_lists_the_known_ones():
     with pytest.raises(ValueError, match=r"unknown robot 'ur7': use one of ur5e, .*ur30"):
         find_robot('ur7')
+
+
+@given(st.tuples(*[st.floats(-1.0, 1.0)] * 4).filter(lambda parts: math.hypot(*parts) > 0.1))
+def test_quaternions_of_rotation_matrices_turn_as_they_do(parts):
+    unit = tuple(part / math.hypot(*parts) for part in parts)
+    matrix = np.array(rotation_matrix(unit))
+    none, again = quaternions_of(np.array([np.eye(3), matrix]))
+    assert np.array(rotation_matrix(again)) == pytest.approx(matrix, abs=1e-9)
+    assert np.array(rotation_matrix(none)) == pytest.approx(np.eye(3), abs=1e-9)

@@ -14,6 +14,7 @@ import pybullet
 from numpy.typing import NDArray
 
 from arm_executor.model import bullet
+from arm_executor.model.kinematics import quaternions_of
 from arm_executor.model.layout import Block, Layout
 from arm_executor.model.robot_data import RobotModel
 from arm_executor.model.urdf import cell_urdf
@@ -159,7 +160,7 @@ class PlanningWorld:
         depth = self.held_size[2]
         away = np.linalg.norm(tool[:, :3, 3] - tool[0, :3, 3], axis=1)
         beside = np.hypot(*(tool[:, :2, 3] - tool[-1, :2, 3]).T)
-        turns = _quaternions(tool[:, :3, :3])
+        turns = quaternions_of(tool[:, :3, :3])
         centres = (tool[:, :3, 3] + tool[:, :3, 2] * depth / 2).tolist()
         for index in _coarse_to_fine(len(q)):
             if away[index] < WIDE_FROM:
@@ -208,25 +209,6 @@ class PlanningWorld:
     def close(self) -> None:
         """End the client."""
         pybullet.disconnect(physicsClientId=self._client)
-
-
-def _quaternions(turns: Array) -> list[list[float]]:
-    """Quaternions (x, y, z, w) of rotation matrices (n, 3, 3).
-
-    The eigenvector of the largest eigenvalue (Bar-Itzhack, 2000) has no singular cases.
-    """
-    m = np.moveaxis(turns, 0, -1)
-    table = np.array(
-        [
-            [m[0, 0] - m[1, 1] - m[2, 2], m[1, 0] + m[0, 1], m[2, 0] + m[0, 2], m[2, 1] - m[1, 2]],
-            [m[1, 0] + m[0, 1], m[1, 1] - m[0, 0] - m[2, 2], m[2, 1] + m[1, 2], m[0, 2] - m[2, 0]],
-            [m[2, 0] + m[0, 2], m[2, 1] + m[1, 2], m[2, 2] - m[0, 0] - m[1, 1], m[1, 0] - m[0, 1]],
-            [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1], m[0, 0] + m[1, 1] + m[2, 2]],
-        ]
-    )
-    _, vectors = np.linalg.eigh(np.moveaxis(table, -1, 0))
-    quaternions: list[list[float]] = vectors[:, :, -1].tolist()
-    return quaternions
 
 
 def _coarse_to_fine(count: int) -> list[int]:

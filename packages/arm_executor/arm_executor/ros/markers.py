@@ -11,10 +11,11 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from arm_executor.bins.book import BookState
 from arm_executor.model.colours import BELT, PALLET, STEEL, WALL, Colour, carton
+from arm_executor.model.kinematics import quaternions_of
 from arm_executor.model.layout import Block, Layout, bin_blocks, conveyor_block, rail_block
 from arm_executor.model.tree import ROOT, Joint
 from pack_msgs_py.cell_values import Scan
-from pack_msgs_py.geometry.pose import Pose, Quaternion, rotation_matrix
+from pack_msgs_py.geometry.pose import Pose, rotation_matrix
 from pack_msgs_py.values import Box, Vec3, frame_name
 
 Array = NDArray[np.float64]
@@ -68,23 +69,7 @@ def _on_pad(box: Box, pose: Pose, pad: Array) -> Pose:
     if np.linalg.det(columns) < 0:
         columns[0] *= -1
     depth = float(np.abs(columns[2]) @ np.array(box.size_mm)) / 2000
-    return Pose((0.0, 0.0, depth), _quaternion(columns))
-
-
-def _quaternion(turn: Array) -> Quaternion:
-    """Unit quaternion of a rotation matrix (3, 3)."""
-    # The eigenvector to eigenvalue 1 of Bar-Itzhack's symmetric matrix; no cases to tell apart.
-    (a, b, c), (d, e, f), (g, h, i) = turn.tolist()
-    matrix = np.array(
-        [
-            [a - e - i, b + d, c + g, h - f],
-            [b + d, e - a - i, f + h, c - g],
-            [c + g, f + h, i - a - e, d - b],
-            [h - f, c - g, d - b, a + e + i],
-        ]
-    )
-    x, y, z, w = np.linalg.eigh(matrix)[1][:, -1].tolist()
-    return (x, y, z, w)
+    return Pose((0.0, 0.0, depth), quaternions_of(columns[None])[0])
 
 
 def markers(scene: Scene, stamp: object) -> MarkerArray:
