@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import fields
+from pathlib import Path
 
 import pytest
 from executor_cases import LAYOUT, make_box, make_decision
 
-from arm_executor.arms.kind import ArmSetup
+from arm_executor.arms.kind import ArmKind, ArmSetup
 from arm_executor.arms.registry import ARMS, ARMS_IN_WORDS, find_arm
 from arm_executor.arms.timed import TimedArm
 from pack_msgs_py.codes import ErrorCode
@@ -54,6 +56,12 @@ def test_an_arm_that_cannot_be_loaded_is_named():
 def test_every_arm_is_in_the_help_with_what_it_does():
     for kind in ARMS:
         assert f'{kind.name} {kind.summary}' in ARMS_IN_WORDS
+
+
+def test_the_page_about_arms_explains_every_field_of_a_kind():
+    page = (Path(__file__).parents[3] / 'docs' / 'integration.md').read_text()
+    for field in fields(ArmKind):
+        assert f'`{field.name}`' in page, field.name
 
 
 @pytest.mark.ros

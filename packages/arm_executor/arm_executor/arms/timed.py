@@ -153,7 +153,9 @@ class TimedArm:
             bin_.station: {placed.box.id: poses[placed.box.id] for placed in bin_.boxes}
             for bin_ in bins
         }
-        return {key: pose for each in self._contents.values() for key, pose in each.items()}
+        return {
+            box_id: pose for content in self._contents.values() for box_id, pose in content.items()
+        }
 
     def plan(self, request: PlaceRequest, after: MotionUnderWay | None = None) -> MotionPlan:
         """Predict the time by :func:`predict`; what the other motion does has no bearing on it."""
