@@ -172,6 +172,8 @@ def test_weights_for_all_and_for_single_kinds_of_bins():
     assert table.of(parse_bin('RC')) == Weights(2, 1, 100)
     assert table.of(parse_bin('100x60x60')) == Weights(3, 1, 9)
     assert parse_weights('RC:2,1,100').of(parse_bin('SYN')) == Weights(1, 1, 100)
+    pallet = '120x80x150:pallet'
+    assert parse_weights(f'{pallet}:2,1,9').of(parse_bin(pallet)) == Weights(2, 1, 9)
 
 
 @pytest.mark.parametrize(('text', 'said'), [
