@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from conveyor_sim.scanning.faults import FAULTS
 from pack_cell.cli import main
 from pack_cell.options.declaration import declared_options
 from pack_cell.options.run_options import RunOptions, parse_run_options
@@ -67,7 +68,7 @@ def test_every_default_is_a_value_of_its_option():
     ('arguments', 'text'),
     [
         (['--faults', 'magic=0.1'], "unknown fault 'magic'"),
-        (['--faults', 'all=1'], 'add up to 9'),
+        (['--faults', 'all=1'], f'add up to {len(FAULTS)}'),
         (['--arrivals', 'never'], "arrivals is 'never'"),
         (['--jams', 'always'], "jams is 'always'"),
         (['--boxes', 'mpv:class=12'], 'class=12'),

@@ -179,7 +179,7 @@ def _source_of_file(arguments: argparse.Namespace) -> CollectionSource:
         boxes=tuple(boxes),
         in_order=in_order,
         shuffle=arguments.shuffle,
-        rejected=tuple((one.box_id, one.text) for one in rejected),
+        rejected=tuple((row.box_id, row.text) for row in rejected),
         digest=hashlib.sha256(repr((boxes, rejected)).encode()).hexdigest()[:12],
     )
 
@@ -190,7 +190,9 @@ def _notes(cases: Sequence[Case]) -> None:
         for _, text in source.rejected:
             print(f'cell bench: left out: {text}', file=sys.stderr)
     streams = {(case.look_ahead, len(case.source.boxes)) for case in cases if case.source.in_order}
-    for look_ahead, count in sorted(one for one in streams if one[0] > one[1]):
+    for look_ahead, count in sorted(streams):
+        if look_ahead <= count:
+            continue
         print(
             f'cell bench: note: look-ahead {look_ahead} sees all {count} boxes of the stream',
             file=sys.stderr,
@@ -201,15 +203,15 @@ def _items(given: Sequence[str] | None, option: str, default: list[str]) -> list
     """A list written with spaces, commas or both, each item once."""
     if given is None:
         return default
-    found = [item for text in given for item in text.split(',') if item]
-    if not found:
+    items = [item for text in given for item in text.split(',') if item]
+    if not items:
         msg = f'{option} names nothing'
         raise ValueError(msg)
-    return list(dict.fromkeys(found))
+    return list(dict.fromkeys(items))
 
 
 def _look_aheads(items: Sequence[str]) -> list[int]:
-    found: list[int] = []
+    looks: list[int] = []
     for item in items:
         low, dash, high = item.partition('-')
         if not low.isdecimal() or (dash and not high.isdecimal()):
@@ -219,5 +221,5 @@ def _look_aheads(items: Sequence[str]) -> list[int]:
         if not numbers or not 1 <= int(low) <= int(high or low) <= MAX_LOOK_AHEAD:
             msg = f'look-ahead {item} is out of range: it must be 1 to {MAX_LOOK_AHEAD}'
             raise ValueError(msg)
-        found += numbers
-    return list(dict.fromkeys(found))
+        looks += numbers
+    return list(dict.fromkeys(looks))
