@@ -36,6 +36,7 @@ def benchmark() -> ModuleType:
     return module
 
 
+@pytest.mark.physics
 @pytest.mark.slow
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize('kind', KINDS)

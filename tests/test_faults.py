@@ -21,6 +21,7 @@ def test_after_a_kill_and_a_restart_the_run_goes_on(start_cell: StartCell, node:
     assert cell.summary()['placed'] == 16, cell.text()
 
 
+@pytest.mark.physics
 def test_the_bins_survive_a_kill_of_the_arm_in_physics(start_cell: StartCell) -> None:
     cell = start_cell('--count', '8', '--respawn')
     cell.wait_for_placements(3)

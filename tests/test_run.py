@@ -11,6 +11,7 @@ from run_checks import TIMED, StartCell, assert_every_box_in_one_place, assert_r
 pytestmark = pytest.mark.cell
 
 
+@pytest.mark.physics
 def test_the_arm_packs_twelve_boxes_where_the_planner_says(start_cell: StartCell) -> None:
     cell = start_cell('--count', '12')
     assert cell.wait() == 0, cell.text()

@@ -26,6 +26,8 @@ from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.geometry.pose import Pose, corner_distance
 from pack_msgs_py.values import Bin, parse_bin
 
+pytestmark = pytest.mark.physics
+
 
 @pytest.fixture
 def with_truth():

@@ -25,6 +25,8 @@ from pack_msgs_py.codes import ErrorCode, Mode, Phase
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Box
 
+pytestmark = pytest.mark.physics
+
 BOX = make_box()
 FRAME = bin_frame(LAYOUT, 'A', LDC)
 #: Slower joints count as still, m/s and rad/s.

@@ -29,6 +29,8 @@ from pack_msgs_py.geometry.pose import (
 from pack_msgs_py.orientation import ORIENTATIONS, QUATERNIONS, oriented_size
 from pack_msgs_py.values import UP_NEG_Y, UP_POS_Z, Bin, Box, parse_bin
 
+pytestmark = pytest.mark.physics
+
 LDC = parse_bin('LDC')
 SIZE = (300.0, 200.0, 220.0)
 

@@ -21,6 +21,8 @@ from arm_executor.motion.path import JointPath
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import parse_bin
 
+pytestmark = pytest.mark.physics
+
 ARM, LAYOUT = find_robot('ur20'), Layout()
 #: Distances this near to what counts as touching are left to either library, metres.
 DOUBT = 0.002

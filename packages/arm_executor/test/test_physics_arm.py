@@ -31,6 +31,8 @@ from pack_msgs_py.codes import ErrorCode, Phase
 from pack_msgs_py.geometry.pose import Pose, corner_distance, turn_between
 from pack_msgs_py.values import Bin, parse_bin
 
+pytestmark = pytest.mark.physics
+
 # -- planning -------------------------------------------------------------------------------------
 
 

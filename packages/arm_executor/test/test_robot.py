@@ -111,6 +111,7 @@ def test_urdf_carries_the_published_limits_and_masses(name):
     )
 
 
+@pytest.mark.physics
 @pytest.mark.parametrize('name', ROBOTS)
 def test_urdf_in_physics_has_the_pad_where_the_closed_form_says_and_the_published_inertias(name):
     pybullet = pytest.importorskip('pybullet')

@@ -32,6 +32,8 @@ from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Bin, Box, parse_bin
 
+pytestmark = pytest.mark.physics
+
 SIZE_MM = (400.0, 300.0, 250.0)
 SIZE = (0.4, 0.3, 0.25)
 

@@ -28,7 +28,7 @@ from pack_msgs_py.geometry.pose import Pose, rotation_matrix
 from pack_msgs_py.ros import qos
 from pack_msgs_py.values import parse_bin
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.physics]
 
 
 @pytest.fixture

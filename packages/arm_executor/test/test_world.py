@@ -16,6 +16,8 @@ from arm_executor.model.robot_data import find_robot
 from pack_msgs_py.geometry.pose import Pose, turn_between
 from pack_msgs_py.values import Box
 
+pytestmark = pytest.mark.physics
+
 #: A table of 40 x 40 cm, its top 1 m high, away from the arm.
 X, Y, TOP = 3.0, 3.0, 1.0
 SIZE_MM = (300.0, 200.0, 200.0)

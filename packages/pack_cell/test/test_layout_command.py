@@ -15,6 +15,8 @@ from pack_cell.cli import main
 from pack_cell.layout.verdict import judge
 from pack_msgs_py.values import parse_bin
 
+pytestmark = pytest.mark.physics
+
 
 def test_printed_layout_is_a_file_that_can_be_read_again(capsys, tmp_path):
     assert main(['layout', '--robot', 'ur30']) == 0

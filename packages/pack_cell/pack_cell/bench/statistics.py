@@ -12,14 +12,6 @@ from pack_cell.bench.values import BenchSettings, Case, JsonObject, Packed
 from pack_msgs_py.metrics import time_summary
 from pack_planner.algorithms import find_algorithm
 
-#: 97.5 % quantiles of Student's t distribution for 1 to 30 degrees of freedom.
-_T975 = (
-    12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228,
-    2.201, 2.179, 2.160, 2.145, 2.131, 2.120, 2.110, 2.101, 2.093, 2.086,
-    2.080, 2.074, 2.069, 2.064, 2.060, 2.056, 2.052, 2.048, 2.045, 2.042,
-)  # fmt: skip
-_Z975 = 1.959964
-
 #: Keys of a record that say what it is about; the others say what came of it.
 IDENTITY = (
     'algorithm', 'backend', 'bin', 'look_ahead', 'profile', 'boxes_source', 'collections',
@@ -28,10 +20,11 @@ IDENTITY = (
 
 
 def t975(degrees: int) -> float:
-    """97.5 % quantile of Student's t; Cornish-Fisher expansion above 30 degrees of freedom."""
-    if degrees <= len(_T975):
-        return _T975[degrees - 1]
-    return _Z975 + (_Z975**3 + _Z975) / (4 * degrees)
+    """97.5 % quantile of Student's t distribution."""
+    # Here, because it takes a second to load.
+    from scipy import stats
+
+    return float(stats.t.ppf(0.975, degrees))
 
 
 def ci95(values: Sequence[float]) -> float | None:
