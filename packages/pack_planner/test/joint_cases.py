@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from pack_msgs_py.orientation import allowed_orientations
@@ -69,9 +69,13 @@ class EveryOrder:
         needed = {box.id: self._needs(box) for box in left}
         for box in left:
             others = sum(needed.values()) - needed[box.id]
-            for objective, index, placed in self._spots(box, state):
-                if placed.corner_mm[2] < lowest or cost + objective + others >= self._best - 1e-9:
-                    continue
+
+            def may_be_better(placed: PlacedBox, objective: float, others: float = others) -> bool:
+                return (
+                    placed.corner_mm[2] >= lowest and cost + objective + others < self._best - 1e-9
+                )
+
+            for objective, index, placed in self._spots(box, state, may_be_better):
                 after = list(state)
                 after[index] = (state[index][0], [*state[index][1], placed])
                 rest = [other for other in left if other is not box]
@@ -95,7 +99,10 @@ class EveryOrder:
         )
         return w.height * min(heights, default=math.inf) / 10 + w.bin_index
 
-    def _spots(self, box: Box, state: _State) -> Iterator[tuple[float, int, PlacedBox]]:
+    def _spots(
+        self, box: Box, state: _State, wanted: Callable[[PlacedBox, float], bool]
+    ) -> Iterator[tuple[float, int, PlacedBox]]:
+        """Where ``box`` may stand, as far as it is ``wanted`` there at that objective."""
         profile = self.engine.profile
         step = profile.resolution_mm
         for index, (spec, others) in enumerate(state):
@@ -115,5 +122,8 @@ class EveryOrder:
                             default=0,
                         )
                         placed = PlacedBox(box, (x, y, z), (dx, dy, dz), turn)
+                        objective = self.engine.objective(placed, index)
+                        if not wanted(placed, objective):
+                            continue
                         if next(violations(placed, others, spec, profile), None) is None:
-                            yield self.engine.objective(placed, index), index, placed
+                            yield objective, index, placed
