@@ -39,7 +39,8 @@ def test_an_arm_is_found_where_it_stands_and_by_entry_point(installed_toy):
 
 
 def test_an_unknown_arm_is_answered_with_those_that_are_known(installed_toy):
-    with pytest.raises(ValueError, match="'qick': use one of physics, timed, quick"):
+    known = ', '.join([*(kind.name for kind in ARMS), 'quick'])
+    with pytest.raises(ValueError, match=f"'qick': use one of {known}"):
         find_arm('qick')
 
 
