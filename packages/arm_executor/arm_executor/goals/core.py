@@ -181,7 +181,7 @@ class ExecutorCore:
         if refusal is not None:
             self.refuse(goal, refusal)
             return
-        placing = Placing(goal, now_s, self._steady())
+        placing = Placing(goal, self._ready(), now_s)
         self._placing = placing
         self._jobs.put(lambda: self._place(placing))
 
@@ -317,7 +317,7 @@ class ExecutorCore:
         return self._tools
 
     def _place(self, placing: Placing) -> None:
-        report = placing.run(self._ready())
+        report = placing.run()
         if placing.abandoned:
             return
         if report.code not in (ErrorCode.NONE, ErrorCode.CANCELED):

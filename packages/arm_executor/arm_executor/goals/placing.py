@@ -63,7 +63,7 @@ class Tools:
 
 
 class Placing:
-    """A goal that was admitted.
+    """A goal that was admitted; it came at ``received_s``, seconds since the epoch.
 
     ``stop`` ends it, or :meth:`halt`: the arm comes to rest, and the box goes back to the belt,
     unless the pad has already let go. :attr:`remaining_s` and :attr:`plan`, the motion once it is
@@ -71,16 +71,19 @@ class Placing:
     and the next start of the executor finds it in the journal.
     """
 
-    def __init__(self, goal: PlaceGoal, received_wall_s: float, received_steady_s: float) -> None:
+    def __init__(self, goal: PlaceGoal, tools: Tools, received_s: float) -> None:
         self.goal = goal
+        self._tools = tools
+        self._arm, self._book, self._belt = tools.arm, tools.book, tools.belt
+        self._emit = tools.emit
         self.stop = threading.Event()
         self.remaining_s = 0.0
         self.plan: MotionPlan | None = None
         self.heard_s = math.inf
         self.needs_reset = False
         self.abandoned = False
-        self._received_s = received_steady_s
-        self._budget_s = goal.deadline_s - received_wall_s
+        self._received_s = tools.steady()
+        self._budget_s = goal.deadline_s - received_s
         self._planning_s = 0.0
         self._wait_s = 0.0
         self._told: tuple[Phase, float] | None = None
@@ -91,37 +94,37 @@ class Placing:
         self._halted = self._halted or (code, text)
         self.stop.set()
 
-    def run(self, tools: Tools) -> Report:
+    def run(self) -> Report:
         """Do it, whatever comes, and say how it ended."""
-        self._tell(tools, Phase.PLANNING, 0.0)
-        self._planning_s = tools.steady() - self._received_s
+        self._tell(Phase.PLANNING, 0.0)
+        self._planning_s = self._tools.steady() - self._received_s
         try:
             # While the belt still brings the box.
-            self._plan(tools)
-            self._wait(tools)
+            self._plan()
+            self._wait()
             # With the neighbours on the belt as they stand now; mostly it is the same plan.
-            plan = self._plan(tools)
+            plan = self._plan()
         except MotionError as error:
             code, text = self._stopped(error.code, str(error))
             self.needs_reset = code is ErrorCode.PROTECTIVE_STOP
-            return self._report(tools, code, text, MotionResult(code))
-        tools.book.begin(self.goal.decision, self.goal.goal_id)
-        self.plan, self.heard_s = plan, tools.steady()
-        result = tools.arm.execute(plan, self._hooks(tools, plan), self.stop)
+            return self._report(code, text, MotionResult(code))
+        self._book.begin(self.goal.decision, self.goal.goal_id)
+        self.plan, self.heard_s = plan, self._tools.steady()
+        result = self._arm.execute(plan, self._hooks(plan), self.stop)
         self.heard_s = math.inf
         code, text = self._stopped(result.code, result.message)
         result = replace(result, code=code, message=text)
-        tools.plans.moved(plan, as_planned=result.code.box_is_in_bin)
+        self._tools.plans.moved(plan, as_planned=result.code.box_is_in_bin)
         if self.abandoned:
-            return self._report(tools, ErrorCode.CANCELED, 'the executor was ended', result)
-        report = self._resolve(tools, result)
+            return self._report(ErrorCode.CANCELED, 'the executor was ended', result)
+        report = self._resolve(result)
         if not self.needs_reset:
             # Where a motion ended early is no place to plan the next one from.
-            if not tools.arm.withdraw():
+            if not self._arm.withdraw():
                 text = 'the arm cannot go back to where it waits; it stays where the motion ended'
-                tools.emit(Said('warning', text))
+                self._emit(Said('warning', text))
             if not result.code.box_is_in_bin:
-                tools.plans.clear()
+                self._tools.plans.clear()
         return report
 
     def _stopped(self, code: ErrorCode, text: str) -> tuple[ErrorCode, str]:
@@ -130,17 +133,17 @@ class Placing:
             return self._halted
         return code, text
 
-    def _plan(self, tools: Tools) -> MotionPlan:
+    def _plan(self) -> MotionPlan:
         """Plan the motion; ``MotionError`` when there is none, or none that is short enough."""
-        started = tools.steady()
+        started = self._tools.steady()
         try:
-            request = request_of(self.goal, self._bin(tools).station, tools.belt.scan)
-            plan = tools.plans.plan(tools.arm, request, tools.book.state.poses)
+            request = request_of(self.goal, self._bin().station, self._belt.scan)
+            plan = self._tools.plans.plan(self._arm, request, self._book.state.poses)
         finally:
-            self._planning_s += tools.steady() - started
+            self._planning_s += self._tools.steady() - started
         self.remaining_s = plan.predicted_s
         needed_s = self._planning_s + plan.predicted_s + EXECUTION_SLACK_S
-        if tools.settings.enforce_deadline and needed_s > self._budget_s:
+        if self._tools.settings.enforce_deadline and needed_s > self._budget_s:
             text = (
                 f'planning took {self._planning_s:.3f} s and the motion needs '
                 f'{plan.predicted_s:.2f} s, the deadline leaves {self._budget_s:.2f} s'
@@ -148,26 +151,26 @@ class Placing:
             raise MotionError(ErrorCode.DEADLINE_UNREACHABLE, text)
         return plan
 
-    def _bin(self, tools: Tools) -> Bin:
-        target = tools.book.state.find(self.goal.decision.bin_id)
+    def _bin(self) -> Bin:
+        target = self._book.state.find(self.goal.decision.bin_id)
         if target is None:
             msg = f'bin {self.goal.decision.bin_id!r} was taken away while it was in use'
             raise RuntimeError(msg)
         return target
 
-    def _wait(self, tools: Tools) -> None:
+    def _wait(self) -> None:
         """Until the belt holds the box at the pick point; ``MotionError`` if it does not come."""
         box_id, pick = self.goal.decision.box.id, self.goal.pick
-        self._tell(tools, Phase.WAITING, 0.0)
-        timeout_s = tools.settings.present_timeout_s
-        elapsed_s = tools.clock.elapsed_s(self._planning_s)
-        scanned = tools.belt.wait_presented(box_id, timeout_s, self.stop.is_set)
+        self._tell(Phase.WAITING, 0.0)
+        timeout_s = self._tools.settings.present_timeout_s
+        elapsed_s = self._tools.clock.elapsed_s(self._planning_s)
+        scanned = self._belt.wait_presented(box_id, timeout_s, self.stop.is_set)
         if self.stop.is_set():
             msg = f'canceled before box {box_id!r} was picked'
             raise MotionError(ErrorCode.CANCELED, msg)
         if scanned is None:
             why = 'left the belt'
-            if tools.belt.scan is not None and tools.belt.scan.find(box_id) is not None:
+            if self._belt.scan is not None and self._belt.scan.find(box_id) is not None:
                 why = f'did not come to the pick point within {timeout_s:g} s'
             msg = f'box {box_id!r} {why}'
             raise MotionError(ErrorCode.BOX_NOT_PRESENTED, msg)
@@ -181,117 +184,119 @@ class Placing:
             )
             raise MotionError(ErrorCode.BOX_NOT_PRESENTED, msg)
 
-    def _hooks(self, tools: Tools, plan: MotionPlan) -> MotionHooks:
+    def _hooks(self, plan: MotionPlan) -> MotionHooks:
         def phase(now: Phase, fraction: float) -> None:
-            self.heard_s = tools.steady()
+            self.heard_s = self._tools.steady()
             self.remaining_s = plan.predicted_s * (1.0 - fraction)
             spent = self._planning_s + plan.predicted_s * fraction
-            self._tell(tools, now, fraction, spent)
+            self._tell(now, fraction, spent)
 
         return MotionHooks(
             phase=phase,
-            picked=lambda: tools.emit(Happened(tools.book.picked())),
-            releasing=tools.book.releasing,
-            released=tools.book.placed,
+            picked=lambda: self._emit(Happened(self._book.picked())),
+            releasing=self._book.releasing,
+            released=self._book.placed,
         )
 
-    def _tell(self, tools: Tools, phase: Phase, fraction: float, spent_s: float = 0.0) -> None:
+    def _tell(self, phase: Phase, fraction: float, spent_s: float = 0.0) -> None:
         told = self._told
         if told is not None and told[0] is phase and fraction < told[1] + PROGRESS_STEP:
             return
         self._told = (phase, fraction)
-        tools.emit(Progress(self.goal.goal_id, phase, fraction, self._budget_s - spent_s))
+        self._emit(Progress(self.goal.goal_id, phase, fraction, self._budget_s - spent_s))
 
     # -- how it ended ---------------------------------------------------------------------------
 
-    def _resolve(self, tools: Tools, result: MotionResult) -> Report:
+    def _resolve(self, result: MotionResult) -> Report:
         """Where is the box? What the arm holds, and the last step written down, say it."""
-        attempt = tools.book.attempt
+        attempt = self._book.attempt
         step = Step.PLANNED if attempt is None else attempt.step
         if step is not Step.PLANNED:
-            tools.clock.motion_ended(result.split_s)
+            self._tools.clock.motion_ended(result.split_s)
         self.needs_reset = result.code is ErrorCode.PROTECTIVE_STOP
-        held = tools.arm.holds()
+        held = self._arm.holds()
         if result.on_belt:
-            return self._returned(tools, result, result.message)
+            return self._returned(result, result.message)
         if step is Step.PLANNED and held is None:
             if result.code is ErrorCode.NONE:
                 msg = 'the arm reports success but has not picked the box'
                 raise RuntimeError(msg)
-            tools.book.forgotten()
-            return self._report(tools, result.code, result.message, result)
+            self._book.forgotten()
+            return self._report(result.code, result.message, result)
         if step.in_bin and held is None:
-            return self._in_bin(tools, result)
+            return self._in_bin(result)
         if held is not None:
-            return self._held(tools, result)
-        return self._lost(tools, result)
+            return self._held(result)
+        return self._lost(result)
 
-    def _held(self, tools: Tools, result: MotionResult) -> Report:
+    def _held(self, result: MotionResult) -> Report:
         """The box is in the gripper: back to the belt with it, unless a person must look first."""
         if self.needs_reset:
-            return self._report(tools, result.code, result.message, result)
+            return self._report(result.code, result.message, result)
         text = result.message or f'the motion ended with {result.code.name}'
-        if tools.arm.return_to_belt():
-            return self._returned(tools, result, text)
-        if tools.arm.holds() is None:
-            return self._lost(tools, result)
+        if self._arm.return_to_belt():
+            return self._returned(result, text)
+        if self._arm.holds() is None:
+            return self._lost(result)
         self.needs_reset = True
         text = f'{text}; the box could not be brought back to the belt and is in the gripper'
-        return self._report(tools, ErrorCode.PROTECTIVE_STOP, text, result)
+        return self._report(ErrorCode.PROTECTIVE_STOP, text, result)
 
-    def _returned(self, tools: Tools, result: MotionResult, text: str) -> Report:
+    def _returned(self, result: MotionResult, text: str) -> Report:
         reason = _WHY_RETURNED.get(result.code, Reason.FAULT)
-        tools.emit(Happened(tools.book.returned(reason, text)))
-        return self._report(tools, result.code, text, result)
+        self._emit(Happened(self._book.returned(reason, text)))
+        return self._report(result.code, text, result)
 
-    def _lost(self, tools: Tools, result: MotionResult) -> Report:
+    def _lost(self, result: MotionResult) -> Report:
         """Nobody knows where the box is, and what it did to the others: measure them again."""
-        serial = self._bin(tools).serial
+        serial = self._bin().serial
         box_id = self.goal.decision.box.id
         text = result.message or f'box {box_id!r} is neither in the gripper nor in its bin'
-        tools.emit(Happened(tools.book.lost(text)))
-        tools.emit(Said('error', f'box {box_id!r} is lost: {text}'))
-        state = tools.book.state
-        tools.book.settled(tools.arm.set_bins(state.bins, state.poses), frozenset({serial}))
-        tools.emit(BinsChanged(tools.book.state))
-        return self._report(tools, ErrorCode.BOX_LOST, text, result)
+        self._emit(Happened(self._book.lost(text)))
+        self._emit(Said('error', f'box {box_id!r} is lost: {text}'))
+        state = self._book.state
+        self._book.settled(self._arm.set_bins(state.bins, state.poses), frozenset({serial}))
+        self._emit(BinsChanged(self._book.state))
+        return self._report(ErrorCode.BOX_LOST, text, result)
 
-    def _in_bin(self, tools: Tools, result: MotionResult) -> Report:
+    def _in_bin(self, result: MotionResult) -> Report:
         decision = self.goal.decision
         placed = placed_of(decision)
-        target = self._bin(tools)
+        target = self._bin()
         if result.measured is None:
-            result = self._measure(tools, result)
-        standing = with_poses(target.boxes, tools.book.state.poses)
+            result = self._measure(result)
+        standing = with_poses(target.boxes, self._book.state.poses)
         expected = resting_pose(placed, decision.target, standing)
         slack_s = self._budget_s - self._planning_s - result.motion_s
-        code, text = judge(result, placed, expected, tools.settings.tolerance, slack_s=slack_s)
+        code, text = judge(
+            result, placed, expected, self._tools.settings.tolerance, slack_s=slack_s
+        )
         known = {other.box.id for other in target.boxes}
         others = {key: pose for key, pose in result.others.items() if key in known}
-        tools.emit(Happened(tools.book.verified(result.measured, others)))
-        tools.emit(BinsChanged(tools.book.state))
-        return self._report(tools, code, text, result)
+        self._emit(Happened(self._book.verified(result.measured, others)))
+        self._emit(BinsChanged(self._book.state))
+        return self._report(code, text, result)
 
-    def _measure(self, tools: Tools, result: MotionResult) -> MotionResult:
+    def _measure(self, result: MotionResult) -> MotionResult:
         """The motion ended after the release but before the measurement: do it now."""
-        placed, state = placed_of(self.goal.decision), tools.book.state
-        target = self._bin(tools)
+        placed, state = placed_of(self.goal.decision), self._book.state
+        target = self._bin()
         bins = tuple(
             replace(bin_, boxes=(*bin_.boxes, placed)) if bin_.serial == target.serial else bin_
             for bin_ in state.bins
         )
         poses = {**state.poses, placed.box.id: self.goal.decision.target}
-        settled = tools.arm.set_bins(bins, poses)
+        settled = self._arm.set_bins(bins, poses)
         return replace(
             result,
             measured=settled[placed.box.id],
             others={other.box.id: settled[other.box.id] for other in target.boxes},
         )
 
-    def _report(self, tools: Tools, code: ErrorCode, text: str, result: MotionResult) -> Report:
+    def _report(self, code: ErrorCode, text: str, result: MotionResult) -> Report:
         ended = replace(result, code=code, message=text)
         times = GoalTimes(self._budget_s, self._planning_s, self._wait_s)
-        return placement_report(self.goal, ended, times, tools.wall())
+        return placement_report(self.goal, ended, times, self._tools.wall())
 
 
 def _text(pose: Pose) -> str:
