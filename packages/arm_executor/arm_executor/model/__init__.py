@@ -1,1 +1,1 @@
-"""Robot models: published parameters, kinematics in closed form, shapes and URDF."""
+"""What an arm and its cell are: the protocol of an arm, the layout, robots and their kinematics."""
