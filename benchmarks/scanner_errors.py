@@ -23,6 +23,7 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any
 
+from arm_executor.arms.registry import ARMS_IN_WORDS
 from pack_msgs_py.orientation import oriented_size
 
 #: Boxes that share less height than this stand on each other, millimetres.
@@ -106,7 +107,7 @@ def main() -> None:
     parser.add_argument('--count', type=int, default=160)
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--boxes', default='cartons')
-    parser.add_argument('--arm', choices=('timed', 'physics'), default='timed')
+    parser.add_argument('--arm', default='timed', help=ARMS_IN_WORDS)
     parser.add_argument('--sigmas', type=numbers, default=[0.0, 1.0, 2.0, 4.0])
     parser.add_argument('--margins', type=numbers, default=[0.0, 1.0, 2.0, 3.0])
     arguments = parser.parse_args()
