@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import sys
+
 from pack_msgs_py.signals import signals_end_quietly
 
 
 def main() -> None:
     """Import the node, which takes about a second, and run it."""
     with signals_end_quietly():
-        from pack_planner.ros import node
+        try:
+            from pack_planner.ros import node
+        except ModuleNotFoundError as error:
+            if error.name != 'rclpy':
+                raise
+            sys.exit('planner: the node needs ROS 2; `from pack_planner import pack` does not')
     node.main()

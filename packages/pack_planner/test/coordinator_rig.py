@@ -103,22 +103,22 @@ class CoordinatorRig:
     def planned(self, name, corner=(0, 0, 0), *others):
         number = max(self.situations)
         target = self.situations[number].bins[0]
-        found = [
+        offered = [
             Decision(
                 box(name), target.id, target.serial, target.revision,
                 corner_mm=at, size_mm=(100, 100, 100), planning_s=0.5, objective=float(sum(at)),
             )
             for at in (corner, *others)
         ]  # fmt: skip
-        self.coordinator.on_planned(number, Planned(PlaceStep(found[0]), tuple(found[1:])))
+        self.coordinator.on_planned(number, Planned(PlaceStep(offered[0]), tuple(offered[1:])))
 
     def answer(self, *answers):
         """The arm's answers: codes of refusals, or seconds of motion."""
         self.coordinator.on_checked(
             self.asked[0],
             [
-                CheckAnswer(one) if isinstance(one, ErrorCode) else CheckAnswer(OK, one)
-                for one in answers
+                CheckAnswer(said) if isinstance(said, ErrorCode) else CheckAnswer(OK, said)
+                for said in answers
             ],
         )
 

@@ -60,9 +60,9 @@ def random_bin(engine: Engine, rng: random.Random, count: int, name: str = 'bin-
     current = Bin(name, 1, SMALL)
     for index in range(count):
         box = random_box(rng, f'{name}-{index}')
-        found = engine.best_placement(box, [engine.model(current)])
-        if found is not None:
+        candidate = engine.best_placement(box, [engine.model(current)])
+        if candidate is not None:
             current = replace(
-                current, boxes=(*current.boxes, found.placed), revision=current.revision + 1
+                current, boxes=(*current.boxes, candidate.placed), revision=current.revision + 1
             )
     return current

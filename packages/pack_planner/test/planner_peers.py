@@ -125,7 +125,7 @@ class Peers(Node):
         self._scan.publish(msg)
 
     def send_bins(self):
-        poses = {placed.box.id: Pose() for one in self.bins for placed in one.boxes}
+        poses = {placed.box.id: Pose() for target in self.bins for placed in target.boxes}
         self._bins.publish(bins_to_ros(BinSnapshot(1, self.now_s(), self.bins), poses))
 
     def send_all(self):
@@ -141,9 +141,9 @@ class Peers(Node):
 
     def _swap(self, request, response):
         self.swapped.put(request.bin_id)
-        serial = max(one.serial for one in self.bins) + 1
-        closed = next(one for one in self.bins if one.id == request.bin_id)
-        others = [one for one in self.bins if one is not closed]
+        serial = max(target.serial for target in self.bins) + 1
+        closed = next(target for target in self.bins if target.id == request.bin_id)
+        others = [target for target in self.bins if target is not closed]
         self.bins = (*others, Bin(f'bin-{serial}', serial, closed.spec))
         response.success = True
         self.send_bins()

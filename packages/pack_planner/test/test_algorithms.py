@@ -79,7 +79,7 @@ def test_every_placement_obeys_the_rules(name, profile, look_ahead, open_bins):
     DecisionOptions(max_passed_over=5, selection='largest', cep=True),
 ], ids=lambda one: f'{one.sort}-{one.selection}-{one.closing}-{one.cep}')  # fmt: skip
 @pytest.mark.parametrize('profile', PROFILES)
-@pytest.mark.parametrize('name', [one for one in BUILT_IN if one not in NEAREST_ONLY])
+@pytest.mark.parametrize('name', [name for name in BUILT_IN if name not in NEAREST_ONLY])
 def test_every_placement_obeys_the_rules_whatever_the_options(name, profile, options):
     boxes = small_stream(profile, f'{profile}{options}', 18)
     bins, order = pack(name, ENGINES[profile], boxes, 4, 2, TINY, options)

@@ -49,8 +49,8 @@ BLOCK = placed((200, 100, 0), (100, 100, 100), 'block')
 def test_a_box_touches_what_it_lies_in_one_plane_with(one, expected):
     assert touches(one, [BLOCK], SMALL.size_mm, 10) == expected
     model = ENGINES['paper'].model(Bin('b', 1, SMALL, (BLOCK,)))
-    found = touching(solids(model), SMALL.size_mm, one.corner_mm, one.size_mm, 10)
-    assert found == all(expected)
+    contacts = touching(solids(model), SMALL.size_mm, one.corner_mm, one.size_mm, 10)
+    assert contacts == all(expected)
 
 
 def test_a_face_off_the_grid_is_touched_from_the_nearest_grid_position():
@@ -71,9 +71,9 @@ def scan_touching(engine, box, bins):
             size = planned_size(box, turn, profile)
             for x in range(0, length - size[0] + 1, step):
                 for y in range(0, breadth - size[1] + 1, step):
-                    z = max((one.top_mm for one in target.boxes
-                             if one.corner_mm[0] < x + size[0] and x < one.far_mm[0]
-                             and one.corner_mm[1] < y + size[1] and y < one.far_mm[1]),
+                    z = max((under.top_mm for under in target.boxes
+                             if under.corner_mm[0] < x + size[0] and x < under.far_mm[0]
+                             and under.corner_mm[1] < y + size[1] and y < under.far_mm[1]),
                             default=0)  # fmt: skip
                     objective = (
                         w.position * (x + y)
@@ -83,11 +83,11 @@ def scan_touching(engine, box, bins):
                     key = (objective, index, z, y, x, ORIENTATIONS.index(turn))
                     if best is not None and key >= best[0]:
                         continue
-                    one = PlacedBox(box, (x, y, z), size, turn)
-                    if all(touches(one, target.boxes, target.spec.size_mm, step)) and not any(
-                        violations(one, target.boxes, target.spec, profile)
+                    under = PlacedBox(box, (x, y, z), size, turn)
+                    if all(touches(under, target.boxes, target.spec.size_mm, step)) and not any(
+                        violations(under, target.boxes, target.spec, profile)
                     ):
-                        best = (key, one, index)
+                        best = (key, under, index)
     return best
 
 
@@ -101,12 +101,12 @@ def test_the_argmin_under_contact_is_that_of_a_scan(name, seed, count, odd):
     for trial in range(2):
         box = random_box(rng, f'new-{trial}')
         expected = scan_touching(engine, box, bins)
-        found = engine.best_placement(box, [engine.model(one) for one in bins], cep=True)
+        placement = engine.best_placement(box, [engine.model(target) for target in bins], cep=True)
         if expected is None:
-            assert found is None
+            assert placement is None
         else:
-            assert (found.placed, found.bin_index) == expected[1:]
-            assert found.objective == pytest.approx(expected[0][0] / 10)
+            assert (placement.placed, placement.bin_index) == expected[1:]
+            assert placement.objective == pytest.approx(expected[0][0] / 10)
 
 
 def test_every_box_that_is_really_placed_touches_along_x_and_y():

@@ -32,7 +32,7 @@ def test_it_decides_as_soon_as_it_has_scan_bins_and_an_idle_arm_in_any_order(rig
 
 def test_it_offers_only_the_look_ahead(rig):
     rig.start()
-    assert [one.id for one in rig.situations[1].boxes] == ['a', 'b']
+    assert [box.id for box in rig.situations[1].boxes] == ['a', 'b']
 
 
 def test_it_waits_for_a_full_look_ahead_but_not_for_ever(rig):
@@ -97,7 +97,7 @@ def test_boxes_that_are_picked_placed_or_rejected_are_not_offered(rig):
     rig.event('b', BoxEventKind.RETURNED)
     rig.remaining = 0
     rig.start('b')
-    assert [one.id for one in rig.situations[1].boxes] == ['b', 'c']
+    assert [box.id for box in rig.situations[1].boxes] == ['b', 'c']
 
 
 def test_while_the_arm_moves_it_plans_the_next_box_against_the_expected_bins(rig):
@@ -107,7 +107,7 @@ def test_while_the_arm_moves_it_plans_the_next_box_against_the_expected_bins(rig
     rig.event('a', BoxEventKind.PICKED)
     assert rig.take() == [('plan', 2)]
     ahead = rig.situations[2]
-    assert [one.id for one in ahead.boxes] == ['b', 'c']
+    assert [box.id for box in ahead.boxes] == ['b', 'c']
     assert ahead.bins[0].revision == 1
     assert [placed.box.id for placed in ahead.bins[0].boxes] == ['a']
     rig.planned('b')
@@ -173,7 +173,7 @@ def test_a_failed_motion_drops_the_plan_made_ahead_and_decides_again_on_new_inpu
     rig.event('a', BoxEventKind.RETURNED)
     rig.scan(['a', 'b'])
     assert rig.take() == [('plan', 3)]
-    assert [one.id for one in rig.situations[3].boxes] == ['a', 'b']
+    assert [box.id for box in rig.situations[3].boxes] == ['a', 'b']
 
 
 def test_a_box_that_came_back_before_the_report_is_tried_again_at_once(rig):

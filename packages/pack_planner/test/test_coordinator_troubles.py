@@ -70,7 +70,7 @@ def test_a_box_whose_motions_fail_time_and_again_is_rejected(rig):
         rig.planned('a')
         fail(rig, ErrorCode.GRASP_FAILED)
     assert rig.take()[-2] == ('announce', 'a')
-    assert [one.id for one in rig.situations[max(rig.situations)].boxes] == ['b']
+    assert [box.id for box in rig.situations[max(rig.situations)].boxes] == ['b']
 
 
 def test_a_box_that_is_not_what_was_scanned_twice_is_rejected(rig):
@@ -145,7 +145,7 @@ def test_a_box_that_the_executor_knows_to_be_in_a_bin_is_not_offered_again(rig):
     rig.start('a')
     rig.refuse(ErrorCode.DUPLICATE_BOX)
     rig.scan()
-    assert [one.id for one in rig.situations[2].boxes] == ['b', 'c']
+    assert [box.id for box in rig.situations[2].boxes] == ['b', 'c']
 
 
 def test_nothing_fits_closes_the_bin_and_waits_for_the_new_one(rig):
@@ -193,7 +193,7 @@ def test_a_rejected_box_is_announced_and_no_longer_offered(rig):
     )
     rig.outcome(RejectStep(decision))
     assert rig.take() == [('plan', 1), ('announce', 'a'), ('plan', 2)]
-    assert [one.id for one in rig.situations[2].boxes] == ['b', 'c']
+    assert [box.id for box in rig.situations[2].boxes] == ['b', 'c']
 
 
 def test_a_silent_executor_is_forgotten_with_its_goal_and_asked_for_its_bins(rig):

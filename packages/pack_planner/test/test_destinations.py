@@ -32,8 +32,8 @@ def bins(*destinations):
 
 def filled(target, *boxes):
     for box in boxes:
-        found = engine_of(PAPER).best_placement(box, [engine_of(PAPER).model(target)])
-        target = with_box(target, found.placed)
+        candidate = engine_of(PAPER).best_placement(box, [engine_of(PAPER).model(target)])
+        target = with_box(target, candidate.placed)
     return target
 
 
@@ -48,7 +48,7 @@ def test_every_algorithm_puts_a_box_only_into_a_bin_of_its_destination(algorithm
     for destination, index in (('south', 1), ('north', 0)):
         choice = step(algorithm, [parcel('a', destination)], open_bins, node_limit=500)
         assert choice.candidate.bin_index == index
-    models = tuple(engine_of(PAPER).model(one) for one in open_bins)
+    models = tuple(engine_of(PAPER).model(target) for target in open_bins)
     problem = Problem(engine_of(PAPER), (parcel('a', 'east'),), models)
     assert find_algorithm(algorithm)(problem) is None
 

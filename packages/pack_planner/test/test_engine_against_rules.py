@@ -65,15 +65,15 @@ def scan_everything(engine, box, bins, zones=()):
 
 def assert_same(engine, box, bins, zones=()):
     expected = scan_everything(engine, box, bins, zones)
-    found = engine.best_placement(
-        box, [engine.model(one) for one in bins], lambda _box, _bin: tuple(zones)
+    candidate = engine.best_placement(
+        box, [engine.model(target) for target in bins], lambda _box, _bin: tuple(zones)
     )
     if expected is None:
-        assert found is None
+        assert candidate is None
     else:
-        assert found is not None, f'the scan finds {expected}'
-        assert (found.placed, found.bin_index) == expected[1:]
-        assert found.objective == pytest.approx(expected[0][0] / 10)
+        assert candidate is not None, f'the scan finds {expected}'
+        assert (candidate.placed, candidate.bin_index) == expected[1:]
+        assert candidate.objective == pytest.approx(expected[0][0] / 10)
 
 
 PROFILE_CASES = {
@@ -128,10 +128,10 @@ def test_refused_zones_are_left_out_and_nothing_else(seed, name):
     box = random_box(rng, 'new')
     zones = []
     for _ in range(3):
-        found = engine.best_placement(box, [engine.model(bins[0])], lambda _b, _t: tuple(zones))
-        if found is None:
+        candidate = engine.best_placement(box, [engine.model(bins[0])], lambda _b, _t: tuple(zones))
+        if candidate is None:
             break
-        zones.append(Zone(found.placed.orientation, found.placed.corner_mm))
+        zones.append(Zone(candidate.placed.orientation, candidate.placed.corner_mm))
     assert_same(engine, box, bins, zones)
 
 
@@ -183,10 +183,10 @@ def test_a_box_that_is_too_heavy_for_the_bin_goes_into_the_next(cell):
     full = Bin(
         'a', 1, SMALL, (PlacedBox(Box('lead', (600, 400, 10), 495.0), (0, 0, 0), (600, 400, 10)),)
     )
-    found = cell.best_placement(
+    candidate = cell.best_placement(
         Box('new', (100, 100, 100), 10.0), [cell.model(full), cell.model(Bin('b', 2, SMALL))]
     )
-    assert found is not None and found.bin_index == 1
+    assert candidate is not None and candidate.bin_index == 1
 
 
 def test_an_overloaded_bin_takes_nothing_more(cell):

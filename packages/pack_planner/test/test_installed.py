@@ -90,3 +90,15 @@ def test_the_library_packs_where_nothing_else_is_installed(python, tmp_path):
         check=True,
     ).stdout  # fmt: skip
     assert printed.count('8 boxes in 1 bins, 0 unplaced') == 3
+
+
+def test_the_node_says_that_it_needs_ros(python, tmp_path):
+    start = 'from pack_planner.main import main; main()'
+    ended = subprocess.run(
+        [python, '-c', start], cwd=tmp_path, env={'PATH': os.environ['PATH']}, capture_output=True,
+        text=True, check=False,
+    )  # fmt: skip
+    assert ended.returncode == 1
+    assert ended.stderr == (
+        'planner: the node needs ROS 2; `from pack_planner import pack` does not\n'
+    )

@@ -44,11 +44,11 @@ print(caller())
 
 
 def run(folder: Path, **environment: str) -> str:
-    found = subprocess.run(
+    ended = subprocess.run(
         [sys.executable, '-c', _RUN, str(folder)],
         capture_output=True, text=True, check=True, env={**os.environ, **environment},
     )  # fmt: skip
-    return found.stdout.strip()
+    return ended.stdout.strip()
 
 
 def test_a_change_in_what_a_function_calls_is_seen(tmp_path):
@@ -77,12 +77,12 @@ def test_what_was_compiled_long_ago_of_other_versions_is_deleted(tmp_path):
 def test_a_process_started_by_another_one_shares_its_compiled_code():
     version = version_of(Path(pack_planner.__file__).parent)
     shown = 'import os, pack_planner; print(os.environ["NUMBA_CACHE_DIR"])'
-    found = subprocess.run(
+    ended = subprocess.run(
         [sys.executable, '-c', shown], capture_output=True, text=True, check=True
     )
-    assert found.stdout.strip() == os.environ['NUMBA_CACHE_DIR']
-    assert Path(found.stdout.strip()).name == version
-    assert Path(found.stdout.strip()).parent.name != version
+    assert ended.stdout.strip() == os.environ['NUMBA_CACHE_DIR']
+    assert Path(ended.stdout.strip()).name == version
+    assert Path(ended.stdout.strip()).parent.name != version
 
 
 def counts_references(function: Dispatcher) -> bool:
@@ -92,9 +92,9 @@ def counts_references(function: Dispatcher) -> bool:
 def test_what_is_compiled_without_counting_calls_nothing_that_counts():
     """Numba would compile that without counting too, if it came to it this way first, and fail."""
     checked = 0
-    for found in pkgutil.walk_packages(pack_planner.joint.__path__, 'pack_planner.joint.'):
-        names = vars(importlib.import_module(found.name))
-        for function in [one for one in names.values() if isinstance(one, Dispatcher)]:
+    for module in pkgutil.walk_packages(pack_planner.joint.__path__, 'pack_planner.joint.'):
+        names = vars(importlib.import_module(module.name))
+        for function in [value for value in names.values() if isinstance(value, Dispatcher)]:
             if counts_references(function):
                 continue
             for name in function.py_func.__code__.co_names:

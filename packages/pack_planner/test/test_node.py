@@ -141,7 +141,7 @@ def test_what_the_arm_says_it_cannot_do_never_becomes_a_goal(domain):
         first, others = peers.asked.wait(1), peers.asked.wait(2)
     assert len(first.candidates) == 1 and 5.0 < first.enough < 5.4
     assert 2 <= len(others.candidates) <= 8
-    corners = [decision_from_ros(one).corner_mm for one in others.candidates]
+    corners = [decision_from_ros(candidate).corner_mm for candidate in others.candidates]
     assert sent.corner_mm == corners[1]
     assert (sent.candidates_checked, sent.first_refusal) == (
         1 + len(others.candidates), ErrorCode.NO_IK_SOLUTION
@@ -156,7 +156,7 @@ def test_it_says_once_a_second_how_it_is(domain):
         peers.send_all()
         peers.goals.wait(1)
         said = told.wait(len(told.items) + 2).status[0]
-    values = {one.key: one.value for one in said.values}
+    values = {pair.key: pair.value for pair in said.values}
     assert said.name == 'planner'
     assert values['algorithm'] == 'mpack_lite'
     assert float(values['last_decision_ms']) > 0
@@ -236,8 +236,8 @@ def test_middleware_and_node_cost_little_beside_the_computing(domain):
         peers.send_all()
         peers.goals.wait(30)
         overheads = sorted(
-            one.stamp_s - one.trigger_stamp_s - one.planning_s
-            for one in (decision(entry) for entry in peers.announced.items)
+            made.stamp_s - made.trigger_stamp_s - made.planning_s
+            for made in (decision(entry) for entry in peers.announced.items)
         )
     # 3 ms on an idle machine; the margin is for one that builds something else meanwhile
     assert overheads[len(overheads) // 2] < 0.025

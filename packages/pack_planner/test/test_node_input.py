@@ -151,7 +151,7 @@ def test_every_option_may_change_between_two_boxes(domain):
             # the arm waits with one box, and the next is decided already
             peers.goals.wait(2 * number + 1)
             given = [Parameter(name, value=value) for name, value in change.items()]
-            assert all(one.successful for one in node.set_parameters(given))
+            assert all(answer.successful for answer in node.set_parameters(given))
             algorithm = change.get('algorithm', algorithm)
             decided = len(peers.announced.items)
             peers.release.set()

@@ -22,7 +22,7 @@ def cube(name, edge):
 
 
 def solve(engine, boxes, *bins, algorithm=mpack_lite):
-    models = tuple(engine.model(one) for one in bins or (EMPTY,))
+    models = tuple(engine.model(target) for target in bins or (EMPTY,))
     return algorithm(Problem(engine, tuple(boxes), models))
 
 
@@ -33,7 +33,7 @@ def placed(name, corner, size):
 def test_boxes_are_sorted_by_volume_then_height_then_belt():
     flat, tall = Box('flat', (200, 200, 100)), Box('tall', (200, 100, 200))
     twin = Box('twin', (200, 100, 200))
-    assert [one.id for one in by_volume([flat, cube('large', 300), tall, twin])] == [
+    assert [box.id for box in by_volume([flat, cube('large', 300), tall, twin])] == [
         'large', 'tall', 'twin', 'flat',
     ]  # fmt: skip
 

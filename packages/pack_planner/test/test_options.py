@@ -56,7 +56,7 @@ def test_equal_volumes_go_by_height_and_equal_heights_by_area():
 
 
 def selected(engine, rule, boxes, *bins, algorithm='mpack_lite', **more):
-    models = tuple(engine.model(one) for one in bins or (Bin('b', 1, SMALL),))
+    models = tuple(engine.model(target) for target in bins or (Bin('b', 1, SMALL),))
     problem = Problem(engine, tuple(boxes), models, selection=rule, **more)
     return find_algorithm(algorithm)(problem).candidate.placed.box.id
 
@@ -233,6 +233,6 @@ def test_without_contact_anywhere_a_box_is_placed_all_the_same():
 def test_box_heavier_than_this_robot_lifts_is_rejected_at_once(payload, outcome):
     box = Box('heavy', (300.0, 200.0, 200.0), 12.0)
     planner = Planner(settings(PlannerParameters(max_payload_kg=payload)), float)
-    found = planner.decide(DecisionState((box,), (Bin('b', 1, parse_bin('EQ')),)))
-    assert isinstance(found, outcome)
-    assert outcome is PlaceStep or found.decision.reject_reason is Reason.OVERWEIGHT
+    step = planner.decide(DecisionState((box,), (Bin('b', 1, parse_bin('EQ')),)))
+    assert isinstance(step, outcome)
+    assert outcome is PlaceStep or step.decision.reject_reason is Reason.OVERWEIGHT

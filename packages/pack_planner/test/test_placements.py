@@ -79,21 +79,21 @@ def test_far_ends_hold_the_extremes_of_every_direction(name, seed, count):
     engine, rng = ENGINES[name], random.Random(seed)
     target, box = random_bin(engine, rng, count), random_box(rng, 'new')
     everywhere = list(allowed_placements(engine, box, target))
-    found = rows(all_spots(engine, box, engine.model(target), far_ends=True))
+    listed = rows(all_spots(engine, box, engine.model(target), far_ends=True))
     near = rows(all_spots(engine, box, engine.model(target)))
-    assert found <= set(everywhere) and near <= found
-    for turn in {one.orientation for one in everywhere}:
-        for z in {one.corner_mm[2] for one in everywhere if one.orientation == turn}:
+    assert listed <= set(everywhere) and near <= listed
+    for turn in {spot.orientation for spot in everywhere}:
+        for z in {spot.corner_mm[2] for spot in everywhere if spot.orientation == turn}:
             for sx, sy in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
 
                 def best(spots, sx=sx, sy=sy, turn=turn, z=z):
                     return min(
-                        sx * one.corner_mm[0] + 1.001 * sy * one.corner_mm[1]
-                        for one in spots
-                        if one.orientation == turn and one.corner_mm[2] == z
+                        sx * spot.corner_mm[0] + 1.001 * sy * spot.corner_mm[1]
+                        for spot in spots
+                        if spot.orientation == turn and spot.corner_mm[2] == z
                     )
 
-                assert best(found) == best(everywhere)
+                assert best(listed) == best(everywhere)
                 if (sx, sy) == (1, 1):
                     assert best(near) == best(everywhere)
 
@@ -122,12 +122,12 @@ def test_refused_zones_are_left_out():
     spots = all_spots(engine, box, model, lambda _box, _bin: zones)
     kept = [spots.placed(row) for row in range(len(spots))]
     refused = [
-        one
-        for one in kept
-        if one.orientation == 'xyz' and max(one.corner_mm[:2]) < REFUSED_RADIUS_MM
+        spot
+        for spot in kept
+        if spot.orientation == 'xyz' and max(spot.corner_mm[:2]) < REFUSED_RADIUS_MM
     ]
     assert kept and not refused
-    assert any(one.orientation == 'xyz' for one in kept)
+    assert any(spot.orientation == 'xyz' for spot in kept)
     assert len(all_spots(engine, box, model, lambda _box, _bin: None)) == 0
 
 

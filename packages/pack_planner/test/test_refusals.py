@@ -182,13 +182,13 @@ def test_refusals_for_what_did_not_come_about_are_forgotten():
 
 def test_alternatives_keep_away_from_each_other_and_come_best_first(planner):
     box = Box('a', (100.0, 100.0, 100.0))
-    found = planned(planner.decide, planner.decide, state([box]), 4)
-    corners = [one.corner_mm for one in found.candidates()]
-    objectives = [one.objective for one in found.candidates()]
+    offer = planned(planner.decide, planner.decide, state([box]), 4)
+    corners = [first.corner_mm for first in offer.candidates()]
+    objectives = [first.objective for first in offer.candidates()]
     assert len(corners) == 4 and objectives == sorted(objectives)
-    for one, other in itertools.combinations(found.candidates(), 2):
-        apart = max(abs(a - b) for a, b in zip(one.corner_mm, other.corner_mm, strict=True))
-        assert one.orientation != other.orientation or apart >= 100
+    for first, other in itertools.combinations(offer.candidates(), 2):
+        apart = max(abs(a - b) for a, b in zip(first.corner_mm, other.corner_mm, strict=True))
+        assert first.orientation != other.orientation or apart >= 100
 
 
 def test_alternatives_of_mpack_come_from_mpack_lite():

@@ -28,7 +28,7 @@ def placed(name, corner, size):
 
 
 def decide(engine, boxes, *bins, **more):
-    models = tuple(engine.model(one) for one in bins)
+    models = tuple(engine.model(target) for target in bins)
     return find_algorithm('rollout')(Problem(engine, tuple(boxes), models, **more))
 
 
@@ -58,9 +58,9 @@ def test_what_lies_against_the_sides_is_counted_as_cell_by_cell(profile):
         target = random_bin(engine, rng, count)
         new = Box('new', (90.0, 70.0, 60.0))
         spots = all_spots(engine, new, engine.model(target), far_ends=True)
-        found = sides(spots, engine.model(target))
+        shares = sides(spots, engine.model(target))
         for row in range(0, len(spots), 1 + len(spots) // 60):
-            assert found[row] == pytest.approx(beside_by_cells(spots.placed(row), target))
+            assert shares[row] == pytest.approx(beside_by_cells(spots.placed(row), target))
             checked += 1
     assert checked > 50
 

@@ -38,7 +38,7 @@ for name in names:
              for i, size in enumerate(sizes)]
     boxes = [box for box in boxes if engine.fits_empty_bin(box, spec)]
     while boxes:
-        models = tuple(engine.model(one) for one in bins)
+        models = tuple(engine.model(target) for target in bins)
         choice = find_algorithm(name)(Problem(engine, tuple(boxes[:4]), models, node_limit=3000))
         if choice is None:
             break
@@ -53,10 +53,10 @@ print({key: count for key, count in compiled().items() if count != before.get(ke
 @pytest.mark.parametrize('profile', PROFILES)
 def test_nothing_is_compiled_in_a_decision(profile):
     names = 'mpack_lite,mpack,rollout,o_first_fit,o_jampack,walle,heightmap_min,best_short_side_fit'
-    found = subprocess.run(
+    probe = subprocess.run(
         [sys.executable, '-c', _PROBE, names, profile], capture_output=True, text=True, check=True
     )
-    assert found.stdout.strip() == '{}'
+    assert probe.stdout.strip() == '{}'
 
 
 def test_an_unknown_algorithm_is_refused():

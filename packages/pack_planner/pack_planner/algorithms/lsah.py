@@ -16,7 +16,7 @@ from pack_planner.engine.placements import Spots, all_spots
 
 def surface(spots: Spots, model: BinModel) -> Sequence[NDArray[np.generic]]:
     """Rank by the surface of the box around all that is in the bin, then by z, y, x."""
-    packed = np.array([one.far_mm for one in model.source.boxes], np.int64).reshape(-1, 3)
+    packed = np.array([placed.far_mm for placed in model.source.boxes], np.int64).reshape(-1, 3)
     ends = np.maximum(spots.corners + spots.sizes, packed.max(axis=0, initial=0))
     x, y, z = ends.T
     return (x * y + y * z + z * x, *lowest_first(spots, model))

@@ -49,7 +49,7 @@ def opack(problem: Problem, pack_rule: PackRule) -> Choice | None:
     """
     engine = problem.engine
     virtual = list(problem.bins)
-    found: list[Candidate] = []
+    fitting: list[Candidate] = []
     first_in_its_bin: set[int] = set()
     for box in sorted_boxes(problem.boxes, problem.sort):
         candidate = pack_rule(engine, box, virtual, problem.forbidden)
@@ -57,18 +57,18 @@ def opack(problem: Problem, pack_rule: PackRule) -> Choice | None:
             continue
         index = candidate.bin_index
         if virtual[index] is problem.bins[index]:
-            first_in_its_bin.add(len(found))
-        found.append(candidate)
+            first_in_its_bin.add(len(fitting))
+        fitting.append(candidate)
         virtual[index] = engine.with_box(virtual[index], candidate.placed)
     rule = selection_rule(problem, own='least_increase')
     key = selection_key(problem, rule)
-    for number in sorted(range(len(found)), key=lambda number: key(found[number])):
-        candidate = found[number]
+    for number in sorted(range(len(fitting)), key=lambda number: key(fitting[number])):
+        candidate = fitting[number]
         real = problem.bins[candidate.bin_index]
         if number in first_in_its_bin or engine.stands(candidate.placed, real, cep=problem.cep):
             increase = engine.increase(candidate.placed)
             reason = (
-                f'{rule.replace("_", " ")} of {len(found)} boxes that fit, increase {increase:g}'
+                f'{rule.replace("_", " ")} of {len(fitting)} boxes that fit, increase {increase:g}'
             )
             return Choice(candidate, reason=reason)
     return None

@@ -30,7 +30,7 @@ def oldest_first(bins: Sequence[BinModel]) -> Iterable[int]:
 
 def fullest_first(bins: Sequence[BinModel]) -> Iterable[int]:
     """Best fit: bins by decreasing fill rate, equal ones oldest first."""
-    fills = [one.source.fill_rate for one in bins]
+    fills = [model.source.fill_rate for model in bins]
     return sorted(range(len(bins)), key=lambda index: -fills[index])
 
 
@@ -49,11 +49,11 @@ def ranked(finder: Finder, ranking: Ranking, order: Order = oldest_first) -> Pac
             if len(spots):
                 keys = (*ranking(spots, bins[index]), spots.turns)
                 return spots.candidate(int(np.lexsort(keys[::-1])[0]), index, engine)
-        empty = [one if not one.source.boxes else None for one in bins]
-        for index, one in enumerate(empty):
-            found = engine.best_placement(box, [one], forbidden) if one is not None else None
-            if found is not None:
-                return Candidate(found.placed, index, engine.objective(found.placed, index))
+        empty = [(index, model) for index, model in enumerate(bins) if not model.source.boxes]
+        for index, model in empty:
+            best = engine.best_placement(box, [model], forbidden)
+            if best is not None:
+                return Candidate(best.placed, index, engine.objective(best.placed, index))
         return None
 
     return rule

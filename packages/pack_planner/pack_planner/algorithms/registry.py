@@ -167,11 +167,11 @@ def find_algorithm(which: str | Algorithm, digest: str = '') -> AlgorithmSpec:
     which = absolute_place(which)
     if which not in _plug_ins or digest not in ('', _plug_ins[which].digest):
         _plug_ins[which] = _of_plug_in(which)
-    found = _plug_ins[which]
-    if digest not in ('', found.digest):
+    spec = _plug_ins[which]
+    if digest not in ('', spec.digest):
         msg = f'algorithm {which!r} has changed since it was asked for: start again'
         raise ValueError(msg)
-    return found
+    return spec
 
 
 def algorithm_names() -> tuple[str, ...]:

@@ -73,11 +73,11 @@ def rollout(problem: Problem) -> Choice | None:
         for index, model in enumerate(problem.bins)
         for box in range(len(problem.boxes))
     }
-    every = [one for found in moves.values() for one in found]
-    firsts = sorted(every, key=lambda one: one.rank)[:FIRST_MOVES]
+    every = [move for best in moves.values() for move in best]
+    firsts = sorted(every, key=lambda move: move.rank)[:FIRST_MOVES]
     if not firsts:
         return opack(problem, least_objective)
-    totals = [_played_out(problem, moves, one) for one in firsts]
+    totals = [_played_out(problem, moves, first) for first in firsts]
     best = int(np.argmin(totals))
     chosen = firsts[best]
     reason = f'least waste {totals[best]:.2f} of {len(firsts)} plans for {len(problem.boxes)} boxes'
@@ -126,4 +126,4 @@ def _played_out(problem: Problem, moves: _Moves, first: _Move) -> float:
         following = [known[key][0] for key in known if key[0] in left and known[key]]
         if not following:
             return total + NO_PLACE * len(left)
-        move = min(following, key=lambda one: one.rank)
+        move = min(following, key=lambda candidate: candidate.rank)

@@ -33,26 +33,29 @@ def selection_key(problem: Problem, rule: str) -> Key:
     increase = problem.engine.increase
     order = {box.id: index for index, box in enumerate(problem.boxes)}
 
-    def least_increase(one: Candidate) -> tuple[float, ...]:
-        return (increase(one.placed),)
+    def least_increase(candidate: Candidate) -> tuple[float, ...]:
+        return (increase(candidate.placed),)
 
-    def least_growth(one: Candidate) -> tuple[float, ...]:
-        weights, before = problem.engine.weights, _most(problem.bins[one.bin_index].source.boxes)
-        after = (*one.placed.corner_mm[:2], one.placed.top_mm)
+    def least_growth(candidate: Candidate) -> tuple[float, ...]:
+        weights, before = (
+            problem.engine.weights,
+            _most(problem.bins[candidate.bin_index].source.boxes),
+        )
+        after = (*candidate.placed.corner_mm[:2], candidate.placed.top_mm)
         x, y, top = (max(0, b - a) for a, b in zip(before, after, strict=True))
         growth = weights.position * (x + y) + weights.height * top
-        return (growth, *largest(one))
+        return (growth, *largest(candidate))
 
-    def large_when_empty(one: Candidate) -> tuple[float, ...]:
-        volume, index = one.placed.box.volume_mm3, one.bin_index
+    def large_when_empty(candidate: Candidate) -> tuple[float, ...]:
+        volume, index = candidate.placed.box.volume_mm3, candidate.bin_index
         low = problem.bins[index].source.fill_rate < problem.large_until
-        return (index, -volume if low else volume, increase(one.placed))
+        return (index, -volume if low else volume, increase(candidate.placed))
 
-    def largest(one: Candidate) -> tuple[float, ...]:
-        return (-one.placed.box.volume_mm3, increase(one.placed))
+    def largest(candidate: Candidate) -> tuple[float, ...]:
+        return (-candidate.placed.box.volume_mm3, increase(candidate.placed))
 
-    def nearest(one: Candidate) -> tuple[float, ...]:
-        return (order[one.placed.box.id],)
+    def nearest(candidate: Candidate) -> tuple[float, ...]:
+        return (order[candidate.placed.box.id],)
 
     rules: dict[str, Key] = {
         'least_increase': least_increase,
@@ -66,5 +69,5 @@ def selection_key(problem: Problem, rule: str) -> Key:
 
 def _most(boxes: Sequence[PlacedBox]) -> tuple[int, ...]:
     """The largest x, y and top of placed boxes, millimetres."""
-    found = [(*one.corner_mm[:2], one.top_mm) for one in boxes]
-    return tuple(max(values) for values in zip((0, 0, 0), *found, strict=True))
+    reached = [(*placed.corner_mm[:2], placed.top_mm) for placed in boxes]
+    return tuple(max(values) for values in zip((0, 0, 0), *reached, strict=True))

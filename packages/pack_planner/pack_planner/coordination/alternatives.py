@@ -42,13 +42,13 @@ def planned(
 ) -> Planned:
     """The outcome by ``first``, and up to ``count`` - 1 alternatives by ``following``."""
     outcome = first(state)
-    found: list[Decision] = []
+    alternatives: list[Decision] = []
     last = outcome
-    while isinstance(last, PlaceStep) and len(found) < count - 1:
+    while isinstance(last, PlaceStep) and len(alternatives) < count - 1:
         decision = last.decision
-        target = next(one for one in state.bins if one.id == decision.bin_id)
+        target = next(there for there in state.bins if there.id == decision.bin_id)
         state = replace(state, forbidden=state.forbidden.plus(target, decision))
         last = following(state)
         if isinstance(last, PlaceStep):
-            found.append(last.decision)
-    return Planned(outcome, tuple(found))
+            alternatives.append(last.decision)
+    return Planned(outcome, tuple(alternatives))

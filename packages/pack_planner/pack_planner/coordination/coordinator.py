@@ -244,7 +244,7 @@ class Coordinator:
         if self._new_bins is not None:
             bin_id, revision, until = self._new_bins
             bins = self._in.bins.bins if self._in.bins is not None else ()
-            if not any(one.id == bin_id and one.revision <= revision for one in bins):
+            if not any(target.id == bin_id and target.revision <= revision for target in bins):
                 self._new_bins = None
             elif now > until:
                 self._out.warn(f'bin {bin_id!r} did not change as reported; going on')
@@ -332,7 +332,7 @@ class Coordinator:
     ) -> None:
         if isinstance(outcome, PlaceStep):
             decision = outcome.decision
-            target = next(one for one in self._bins() if one.id == decision.bin_id)
+            target = self._in.open_bin(decision.bin_id)
             if announced:
                 decision = refreshed_target(decision, target)
             else:
@@ -341,7 +341,7 @@ class Coordinator:
             goal_id = self._out.send(decision, target, min(plan.talk.spent_s, late))
             self._goal = RunningGoal(decision, target, goal_id, self._clock())
         elif isinstance(outcome, CloseStep):
-            target = next(one for one in self._bins() if one.id == outcome.target.id)
+            target = self._in.open_bin(outcome.target.id)
             self._out.info(f'closing bin {target.id!r} at {target.fill_rate:.1%}: nothing fits')
             self._swap = (target, self._clock())
             self._out.swap(target, outcome.destination)
@@ -372,7 +372,8 @@ class Coordinator:
         self._ahead = self._plan = self._asked = None
         bins = self._in.bins.bins if self._in.bins is not None else ()
         self._refusals.forget_expected(bins)
-        known = (decision.bin_id, decision.bin_revision) in [(b.id, b.revision) for b in bins]
+        asked = (decision.bin_id, decision.bin_revision)
+        known = asked in [(target.id, target.revision) for target in bins]
         # the bins that explain a refusal may have come before it
         self._stale_inputs = known
         where = f'box {decision.box.id!r} into bin {decision.bin_id!r} at {decision.corner_mm} mm'

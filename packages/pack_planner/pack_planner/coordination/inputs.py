@@ -97,7 +97,7 @@ class Inputs:
         """
         if self.scan is None or self.bins is None:
             return ()
-        in_bins = {placed.box.id for one in self.bins.bins for placed in one.boxes}
+        in_bins = {placed.box.id for target in self.bins.bins for placed in target.boxes}
         return tuple(
             item.box
             for item in self.scan.boxes
@@ -106,6 +106,11 @@ class Inputs:
             and self.last_event(item.box.id) in (None, BoxEventKind.RETURNED)
             and not self._is_doubted(item.box, self.scan.stamp_s)
         )
+
+    def open_bin(self, bin_id: str) -> Bin:
+        """The open bin with this id; ``StopIteration`` when there is none."""
+        bins = self.bins.bins if self.bins is not None else ()
+        return next(target for target in bins if target.id == bin_id)
 
     def is_available(self, box_id: str) -> bool:
         """Whether this box is one of them."""
@@ -125,19 +130,24 @@ class Inputs:
     def newest_stamp_s(self) -> float:
         """Stamp of the youngest input."""
         heard = (self.scan, self.bins, self.heartbeat)
-        return max(self._newest_event_s, *(one.stamp_s for one in heard if one is not None))
+        return max(
+            self._newest_event_s, *(message.stamp_s for message in heard if message is not None)
+        )
 
 
-def same_content(one: tuple[Bin, ...], other: tuple[Bin, ...]) -> bool:
+def same_content(bins: tuple[Bin, ...], others: tuple[Bin, ...]) -> bool:
     """Whether two states of the bins are the same for planning; measured poses may differ."""
-    return _content(one) == _content(other)
+    return _content(bins) == _content(others)
 
 
 def _content(bins: tuple[Bin, ...]) -> list[tuple[object, ...]]:
     return [
         (
-            (one.id, one.serial, one.revision, one.spec),
-            *((p.box.id, p.corner_mm, p.size_mm, p.orientation) for p in one.boxes),
+            (target.id, target.serial, target.revision, target.spec),
+            *(
+                (placed.box.id, placed.corner_mm, placed.size_mm, placed.orientation)
+                for placed in target.boxes
+            ),
         )
-        for one in bins
+        for target in bins
     ]

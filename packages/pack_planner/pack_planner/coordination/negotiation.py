@@ -89,13 +89,13 @@ class Talk:
         candidates = planned.candidates()
         if not candidates:
             return self
-        seconds = sum(one.planning_s for one in candidates)
+        seconds = sum(candidate.planning_s for candidate in candidates)
         first = self.first or candidates[0]
         return replace(self, first=first, planning_s=self.planning_s + seconds)
 
     def heard(self, answers: Sequence[CheckAnswer], seconds: float, limit_s: float) -> Talk:
         """After the arm has answered; what takes longer than ``limit_s`` counts as refused."""
-        looked_at = [one for one in answers if one.code not in TRANSIENT]
+        looked_at = [answer for answer in answers if answer.code not in TRANSIENT]
         refusal = self.first_refusal
         if not self.begun and looked_at:
             refusal = refusal_of(looked_at[0], limit_s)
@@ -134,14 +134,14 @@ def choose(
     which the arm says nothing, the first: the goal will show.
     """
     pairs = list(zip(candidates, answers, strict=True))
-    able = [(one, answer) for one, answer in pairs if answer.code is ErrorCode.NONE]
-    for one, answer in able:
+    able = [(candidate, answer) for candidate, answer in pairs if answer.code is ErrorCode.NONE]
+    for candidate, answer in able:
         if answer.motion_s <= limit_s:
-            return one
+            return candidate
     known = [(answer.motion_s, i) for i, (_, answer) in enumerate(able)]
     if known and min(known)[0] <= deadline_s - MARGIN_S:
         return able[min(known)[1]][0]
-    return next((one for one, answer in pairs if answer.code in TRANSIENT), None)
+    return next((candidate for candidate, answer in pairs if answer.code in TRANSIENT), None)
 
 
 def learn(
@@ -152,9 +152,9 @@ def learn(
     deadline_s: float,
 ) -> None:
     """Remember which of ``candidates`` the arm cannot do in ``bins``, whoever asks when."""
-    by_id = {one.id: one for one in bins}
-    for one, answer in zip(candidates, answers, strict=True):
+    by_id = {target.id: target for target in bins}
+    for candidate, answer in zip(candidates, answers, strict=True):
         refusal = refusal_of(answer, deadline_s - MARGIN_S)
         if refusal is not ErrorCode.NONE:
             too_slow = refusal is ErrorCode.DEADLINE_UNREACHABLE
-            refusals.learn(by_id[one.bin_id], one, refusal, lasting=too_slow)
+            refusals.learn(by_id[candidate.bin_id], candidate, refusal, lasting=too_slow)

@@ -30,12 +30,12 @@ class Worker(Generic[T]):
 
     def fetch(self) -> list[T]:
         """Results that are ready, oldest first."""
-        found = []
+        results = []
         while True:
             try:
-                found.append(self._results.get_nowait())
+                results.append(self._results.get_nowait())
             except queue.Empty:
-                return found
+                return results
 
     def stop(self, timeout_s: float) -> bool:
         """Let the running job end and drop the others; whether the thread ended in time."""

@@ -29,24 +29,30 @@ def bin_to_close(
     Equal ones go by fill rate, then the older first. Else an empty bin is never closed, nor one
     that serves another destination than any of ``boxes``.
     """
-    serving = [one for one in bins if any(may_enter(box, one.destination) for box in boxes)]
-    empty = next((one for one in bins if not one.boxes), None)
+    serving = [
+        target for target in bins if any(may_enter(box, target.destination) for box in boxes)
+    ]
+    empty = next((target for target in bins if not target.boxes), None)
     if not serving and not any(box.destination for box in boxes):
         return None
     if not serving and empty is not None:
         return empty
-    used = [one for one in serving or bins if one.boxes]
+    used = [target for target in serving or bins if target.boxes]
     if not used:
         return None
     if rule == 'oldest':
-        return min(used, key=lambda one: one.serial)
+        return min(used, key=lambda target: target.serial)
     if rule == 'least_useful':
-        sample = [placed.box for one in bins for placed in one.boxes[-_SAMPLE:]]
+        sample = [placed.box for target in bins for placed in target.boxes[-_SAMPLE:]]
         return min(
             used,
-            key=lambda one: (_still_fits(engine, sample, one), -one.fill_rate, one.serial),
+            key=lambda target: (
+                _still_fits(engine, sample, target),
+                -target.fill_rate,
+                target.serial,
+            ),
         )
-    return max(used, key=lambda one: (one.fill_rate, -one.serial))
+    return max(used, key=lambda target: (target.fill_rate, -target.serial))
 
 
 def next_destination(closed: Bin, boxes: Sequence[Box], left: Sequence[Bin]) -> str:
@@ -58,7 +64,7 @@ def next_destination(closed: Bin, boxes: Sequence[Box], left: Sequence[Bin]) -> 
     if not closed.destination:
         return ''
     for box in boxes:
-        if box.destination and not any(may_enter(box, one.destination) for one in left):
+        if box.destination and not any(may_enter(box, other.destination) for other in left):
             return box.destination
     return closed.destination
 

@@ -117,7 +117,7 @@ class Planner:
         if choice is None:
             return WaitStep('no box fits and every bin is empty')
         if isinstance(choice, Bin):
-            left = [one for one in state.bins if one.id != choice.id]
+            left = [other for other in state.bins if other.id != choice.id]
             return CloseStep(choice, next_destination(choice, by_wait(state), left))
         candidate = choice.candidate
         target = state.bins[candidate.bin_index]
@@ -160,26 +160,26 @@ class Planner:
         too_heavy = engine.overweight(box)
         if too_heavy:
             return Reason.OVERWEIGHT, f'box {box.id!r} {too_heavy}'
-        if not any(engine.fits_empty_bin(box, one.spec) for one in bins):
+        if not any(engine.fits_empty_bin(box, target.spec) for target in bins):
             size = 'x'.join(f'{edge:g}' for edge in box.size_mm)
-            kinds = ', '.join(sorted({one.spec.name for one in bins}))
+            kinds = ', '.join(sorted({target.spec.name for target in bins}))
             rule = self._settings.profile.orientations
             return (
                 Reason.OVERSIZE,
                 f'box {box.id!r} of {size} mm fits no empty {kinds} bin, orientations {rule!r}',
             )
-        if not box.destination and all(one.destination for one in bins):
+        if not box.destination and all(target.destination for target in bins):
             text = f'box {box.id!r} has no destination, and every open bin serves one'
             return Reason.INVALID_DATA, text
-        for one in bins:
-            refused = state.forbidden.refused(box, one)
-            if one.boxes or not refused or _may_go_elsewhere(box, one, state):
+        for target in bins:
+            refused = state.forbidden.refused(box, target)
+            if target.boxes or not refused or _may_go_elsewhere(box, target, state):
                 continue
             models = [engine.model(other) for other in bins]
             if engine.best_placement(box, models, state.forbidden) is None:
                 text = (
                     f'the arm refused box {box.id!r} {len(refused)} times in the empty bin '
-                    f'{one.id!r} and no other placement is left'
+                    f'{target.id!r} and no other placement is left'
                 )
                 return Reason.UNREACHABLE, text
         return None
@@ -193,11 +193,11 @@ def _may_go_elsewhere(box: Box, refusing: Bin, state: DecisionState) -> bool:
     """
     if state.forbidden.too_much_for_the_arm(box, refusing):
         return False
-    stations = {one.station for one in state.bins if not one.boxes}
+    stations = {target.station for target in state.bins if not target.boxes}
     return any(
-        one.station not in stations and may_enter(box, one.destination)
-        for one in state.bins
-        if one.boxes
+        target.station not in stations and may_enter(box, target.destination)
+        for target in state.bins
+        if target.boxes
     )
 
 
@@ -219,10 +219,10 @@ def expected_bins(bins: tuple[Bin, ...], decision: Decision) -> tuple[Bin, ...]:
         decision.box, decision.corner_mm, decision.size_mm, decision.orientation, (x, y, z)
     )
     return tuple(
-        replace(one, boxes=(*one.boxes, placed), revision=decision.bin_revision + 1)
-        if one.id == decision.bin_id
-        else one
-        for one in bins
+        replace(target, boxes=(*target.boxes, placed), revision=decision.bin_revision + 1)
+        if target.id == decision.bin_id
+        else target
+        for target in bins
     )
 
 

@@ -74,7 +74,7 @@ def next_step(
     if overdue or not served.boxes:
         return bin_to_close(options.closing, engine, overdue or state.boxes, state.bins)
     boxes = due(served.boxes, served.passed_over, options.max_passed_over)
-    models = tuple(engine.model(one) for one in state.bins)
+    models = tuple(engine.model(target) for target in state.bins)
 
     def choose(*, cep: bool) -> Choice | None:
         return settings.spec(
@@ -124,7 +124,7 @@ def check_choice(
 
 
 def _is_served(box: Box, bins: Sequence[Bin]) -> bool:
-    return any(may_enter(box, one.destination) for one in bins)
+    return any(may_enter(box, target.destination) for target in bins)
 
 
 def _overdue(state: DecisionState, limit: int) -> tuple[Box, ...]:

@@ -81,25 +81,27 @@ class Refusals:
     def forget_old(self, bins: tuple[Bin, ...]) -> None:
         """Drop what no longer holds now that the open bins are ``bins``."""
         self._by_bin = {
-            one.id: tuple(
+            target.id: tuple(
                 refused
-                for refused in self._by_bin[one.id]
-                if refused.lasting or refused.revision >= one.revision
+                for refused in self._by_bin[target.id]
+                if refused.lasting or refused.revision >= target.revision
             )
-            for one in bins
-            if one.id in self._by_bin
+            for target in bins
+            if target.id in self._by_bin
         }
 
     def forget_expected(self, bins: tuple[Bin, ...]) -> None:
         """Drop what was refused for a content that the open ``bins`` will not have after all."""
-        for one in bins:
-            known = self._by_bin.get(one.id, ())
-            self._by_bin[one.id] = tuple(r for r in known if r.revision <= one.revision)
+        for target in bins:
+            known = self._by_bin.get(target.id, ())
+            self._by_bin[target.id] = tuple(
+                refused for refused in known if refused.revision <= target.revision
+            )
 
     def snapshot(self, bins: tuple[Bin, ...] = ()) -> Forbidden:
         """What is refused in ``bins``, as a value that a worker thread may keep."""
-        refused = {bin_id: found for bin_id, found in self._by_bin.items() if found}
-        return Forbidden(refused, {one.id: one.revision for one in bins})
+        refused = {bin_id: known for bin_id, known in self._by_bin.items() if known}
+        return Forbidden(refused, {target.id: target.revision for target in bins})
 
 
 @dataclass(frozen=True)
@@ -116,16 +118,16 @@ class Forbidden:
 
     def refused(self, box: Box, target: Bin) -> tuple[Zone, ...]:
         """Placements of ``box`` that the arm refused in ``target`` as it is."""
-        return tuple(one.zone for one in self._own(box, target))
+        return tuple(own.zone for own in self._own(box, target))
 
     def too_much_for_the_arm(self, box: Box, target: Bin) -> bool:
         """Whether the arm said of ``box`` what holds at any station: it cannot carry it."""
-        return any(one.code is ErrorCode.LIMITS_EXCEEDED for one in self._own(box, target))
+        return any(own.code is ErrorCode.LIMITS_EXCEEDED for own in self._own(box, target))
 
     def plus(self, target: Bin, decision: Decision) -> Forbidden:
         """The same with ``decision`` refused too."""
-        more = _refused(target, decision)
-        by_bin = {**self.by_bin, target.id: (*self.by_bin.get(target.id, ()), more)}
+        refusal = _refused(target, decision)
+        by_bin = {**self.by_bin, target.id: (*self.by_bin.get(target.id, ()), refusal)}
         return Forbidden(by_bin, self.contents)
 
     def __call__(self, box: Box, target: Bin) -> tuple[Zone, ...] | None:
@@ -133,21 +135,28 @@ class Forbidden:
         known = self.by_bin.get(target.id)
         if known is None:
             return ()
-        content = self.contents.get(target.id, max(one.revision for one in known))
-        fresh = [one for one in known if one.revision == content]
-        tries = sum(one.box.id == box.id for one in fresh)
-        slow = sum(one.box.id == box.id and one.code in _SLOW and one.lasting for one in known)
+        content = self.contents.get(target.id, max(refused.revision for refused in known))
+        fresh = [refused for refused in known if refused.revision == content]
+        tries = sum(refused.box.id == box.id for refused in fresh)
+        slow = sum(
+            refused.box.id == box.id and refused.code in _SLOW and refused.lasting
+            for refused in known
+        )
         hopeful = not target.boxes and not self.too_much_for_the_arm(box, target)
         if max(tries, slow) >= (TRIES_IN_EMPTY_BIN if hopeful else TRIES_PER_BOX):
             return None
         if target.boxes and len(fresh) >= TRIES_PER_CONTENT:
             return None
         own = self.refused(box, target)
-        return (*own, *(zone for one in known for zone in _also_refused(one, box, target)))
+        return (*own, *(zone for refused in known for zone in _also_refused(refused, box, target)))
 
     def _own(self, box: Box, target: Bin) -> list[Refused]:
         known = self.by_bin.get(target.id, ())
-        return [r for r in known if r.box.id == box.id and r.revision <= target.revision]
+        return [
+            refused
+            for refused in known
+            if refused.box.id == box.id and refused.revision <= target.revision
+        ]
 
 
 def _refused(
@@ -164,7 +173,7 @@ def _also_refused(refused: Refused, box: Box, target: Bin) -> list[Zone]:
         return []
     hole = oriented_size(other.size_mm, refused.zone.orientation)
     x, y, z = refused.zone.corner_mm
-    found = []
+    zones = []
     for orientation in ORIENTATIONS:
         size = oriented_size(box.size_mm, orientation)
         wider = size[0] >= hole[0] and size[1] >= hole[1]
@@ -172,5 +181,5 @@ def _also_refused(refused: Refused, box: Box, target: Bin) -> list[Zone]:
             refused.code in _SLOW and box.weight_kg >= other.weight_kg
         ):
             corner = (round(x + (hole[0] - size[0]) / 2), round(y + (hole[1] - size[1]) / 2), z)
-            found.append(Zone(orientation, corner))
-    return found
+            zones.append(Zone(orientation, corner))
+    return zones

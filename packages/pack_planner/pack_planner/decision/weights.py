@@ -27,7 +27,7 @@ class WeightTable:
 
     def every(self) -> tuple[Weights, ...]:
         """All weights of the table, each once."""
-        return tuple(dict.fromkeys((self.general, *(one for _, one in self.by_kind))))
+        return tuple(dict.fromkeys((self.general, *(weights for _, weights in self.by_kind))))
 
 
 def parse_weights(text: str) -> WeightTable:
@@ -42,7 +42,7 @@ def parse_weights(text: str) -> WeightTable:
         An entry is no three numbers, a weight is not finite, negative or huge, a kind of bin is
         unknown, or there are two entries for the same.
     """
-    found: dict[str, Weights] = {}
+    by_kind: dict[str, Weights] = {}
     for entry in text.split():
         kind, colon, numbers = entry.rpartition(':')
         name = parse_bin(kind).name if colon else ''
@@ -54,13 +54,13 @@ def parse_weights(text: str) -> WeightTable:
                 'or RC:2,1,100 for one kind of bin'
             )
             raise ValueError(msg) from None
-        if name in found:
+        if name in by_kind:
             what = f'for {name} bins' if name else 'for all bins'
             msg = f'weights {text!r} name weights {what} twice'
             raise ValueError(msg)
-        found[name] = Weights(first, second, third)
-    if not found:
+        by_kind[name] = Weights(first, second, third)
+    if not by_kind:
         msg = f'weights are empty; use w1,w2,w3 such as {DEFAULT_WEIGHTS}'
         raise ValueError(msg)
-    general = found.pop('', Weights())
-    return WeightTable(general, tuple(found.items()))
+    general = by_kind.pop('', Weights())
+    return WeightTable(general, tuple(by_kind.items()))

@@ -34,22 +34,22 @@ def touches(
 
     Lengths are millimetres in the bin frame; ``step`` is the grid of x and y.
     """
-    found = [False, False]
+    contacts = [False, False]
     for axis in (0, 1):
         low, high = placed.corner_mm[axis], placed.far_mm[axis]
         if low < step or bin_size[axis] - high < step:
-            found[axis] = True
+            contacts[axis] = True
         for other in others:
             after, before = low - other.far_mm[axis], other.corner_mm[axis] - high
             if 0 <= after < step or 0 <= before < step:
-                found[axis] = True
-    return found[0], found[1]
+                contacts[axis] = True
+    return contacts[0], contacts[1]
 
 
 @lru_cache(maxsize=64)
 def solids(model: BinModel) -> Ints:
     """Boxes of a bin as rows (x0, y0, z0, x1, y1, z1), int64 (n, 6), millimetres."""
-    rows = [(*one.corner_mm, *one.far_mm) for one in model.source.boxes]
+    rows = [(*placed.corner_mm, *placed.far_mm) for placed in model.source.boxes]
     return np.array(rows, np.int64).reshape(-1, 6)
 
 
@@ -74,17 +74,17 @@ def touching(bodies, bin_size, corner, size, step):  # type: ignore[no-untyped-d
 @njit(cache=True, nogil=True)
 def _beside(bodies, axis, extent, step, limit):  # type: ignore[no-untyped-def]
     """Grid positions along ``axis`` where a box of ``extent`` may touch a wall or a face."""
-    found = np.empty(2 * len(bodies) + 2, np.int64)
-    found[0], found[1] = 0, limit
+    positions = np.empty(2 * len(bodies) + 2, np.int64)
+    positions[0], positions[1] = 0, limit
     size = 2
     for index in range(len(bodies)):
         after = -(-bodies[index, axis + 3] // step) * step
         before = bodies[index, axis] // step * step - extent
         for position in (after, before):
             if 0 < position < limit:
-                found[size] = position
+                positions[size] = position
                 size += 1
-    return np.unique(found[:size])
+    return np.unique(positions[:size])
 
 
 @njit(cache=True, nogil=True)
@@ -94,7 +94,10 @@ def search_touching(  # type: ignore[no-untyped-def]
 ):  # fmt: skip
     """As :func:`pack_planner.engine.search.search_bin`, among placements that touch both ways.
 
-    ``bodies`` are the rows of :func:`solids`.
+    Parameters
+    ----------
+    bin_size to bound : as there.
+    bodies : the rows of :func:`solids`.
     """
     step, tolerance, com_margin, min_share = rule
     best = np.array([bound, -1.0, -1.0, -1.0, -1.0])

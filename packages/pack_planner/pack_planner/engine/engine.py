@@ -110,13 +110,13 @@ class Engine:
     def model(self, source: Bin) -> BinModel:
         """The model of ``source``, built once per content."""
         key = (source.id, source.revision)
-        found = self._models.pop(key, None)
-        if found is None or _content(found.source) != _content(source):
-            found = self._build(source)
-        self._models[key] = found
+        model = self._models.pop(key, None)
+        if model is None or _content(model.source) != _content(source):
+            model = self._build(source)
+        self._models[key] = model
         while len(self._models) > _MODELS_KEPT:
             del self._models[next(iter(self._models))]
-        return found
+        return model
 
     def _build(self, source: Bin) -> BinModel:
         old = self._models.get((source.id, source.revision - 1))
@@ -157,9 +157,9 @@ class Engine:
             if zones is None or model.blocked or not self._admitted(box, model.source):
                 continue
             bound = math.inf if best is None else float(best[OBJECTIVE])
-            found = self._search(box, turns, model, index, zones, bound, cep=cep)
-            if found[Z] >= 0:
-                best, best_index = found, index
+            position = self._search(box, turns, model, index, zones, bound, cep=cep)
+            if position[Z] >= 0:
+                best, best_index = position, index
         if best is None:
             return None
         orientation = ORIENTATIONS[int(best[TURN])]
@@ -237,10 +237,10 @@ class Engine:
             turns.sizes, turns.numbers, turns.centres, box.weight_kg * GRAVITY,
             refused, REFUSED_RADIUS_MM, weights, bound,
         )  # fmt: skip
-        found: NDArray[np.float64] = (
+        position: NDArray[np.float64] = (
             search_touching(*about, solids(model)) if cep else search_bin(*about)
         )
-        return found
+        return position
 
     def _rule(self) -> tuple[int, int, float, float]:
         margin = self.profile.com_margin_mm
@@ -282,14 +282,14 @@ class Engine:
         refused = (Zone('xyz', (0, 0, 0)),)
         for box in boxes:
             self.best_placement(box, [model], lambda _box, _bin: refused, cep=True)
-            found = self.best_placement(box, [model], lambda _box, _bin: refused)
-            if found is None:
+            candidate = self.best_placement(box, [model], lambda _box, _bin: refused)
+            if candidate is None:
                 break
-            self.stands(found.placed, model, cep=True)
-            model = self.with_box(model, found.placed)
+            self.stands(candidate.placed, model, cep=True)
+            model = self.with_box(model, candidate.placed)
         self._models.clear()
 
 
-def _content(one: Bin) -> tuple[object, ...]:
+def _content(target: Bin) -> tuple[object, ...]:
     """What a model depends on."""
-    return one.boxes, one.spec, one.destination
+    return target.boxes, target.spec, target.destination

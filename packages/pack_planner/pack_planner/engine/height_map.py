@@ -25,21 +25,21 @@ Ints = NDArray[np.int64]
 @njit(cache=True, nogil=True)
 def _with_edges(edges, low, high):  # type: ignore[no-untyped-def]
     """``edges`` with ``low`` and ``high`` inserted, and for each new strip the old strip it was."""
-    found = np.empty(len(edges) + 2, np.int64)
+    merged = np.empty(len(edges) + 2, np.int64)
     source = np.empty(len(edges) + 1, np.int64)
     size = 0
     for i in range(len(edges)):
-        if size == 0 or edges[i] != found[size - 1]:
-            found[size] = edges[i]
+        if size == 0 or edges[i] != merged[size - 1]:
+            merged[size] = edges[i]
             size += 1
         if i + 1 < len(edges):
             source[size - 1] = i
             for value in (low, high):
                 if edges[i] < value < edges[i + 1]:
-                    found[size] = value
+                    merged[size] = value
                     source[size] = i
                     size += 1
-    return found[:size], source[: size - 1]
+    return merged[:size], source[: size - 1]
 
 
 @njit(cache=True, nogil=True)
@@ -67,7 +67,7 @@ def _grid_lines(boxes, columns, rows, height, tolerance, step, axis):  # type: i
 
     A box matters while somewhere over it the map is not more than ``tolerance`` above its top.
     """
-    found = [0]
+    lines = [0]
     for box in boxes:
         matters = False
         for i in range(len(columns) - 1):
@@ -80,9 +80,9 @@ def _grid_lines(boxes, columns, rows, height, tolerance, step, axis):  # type: i
                     break
         if matters:
             for edge in (box[axis], box[axis + 2]):
-                found.append(edge // step * step)
-                found.append(-(-edge // step) * step)
-    return np.unique(np.array(found))
+                lines.append(edge // step * step)
+                lines.append(-(-edge // step) * step)
+    return np.unique(np.array(lines))
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,7 +196,7 @@ def _loads(source: Bin, profile: Profile) -> tuple[NDArray[np.float64], NDArray[
     they share with it. ``passed_on[k, j]`` is the part of a force on top k that reaches top j.
     """
     boxes = source.boxes
-    if not profile.check_top_load or all(one.box.max_top_load_n is None for one in boxes):
+    if not profile.check_top_load or all(placed.box.max_top_load_n is None for placed in boxes):
         return np.empty(0), np.empty((0, 0)), ''
     passed_on = np.eye(len(boxes))
     load = np.zeros(len(boxes))

@@ -101,10 +101,15 @@ def spots_at(
 def _turns(box: Box, profile: Profile) -> tuple[Ints, Ints, NDArray[np.float64]]:
     """Planned sizes, orientation numbers and centre of mass offsets of the allowed orientations."""
     allowed = allowed_orientations(box, profile.orientations)
-    offsets = [[box.com_offset_mm['xyz'.index(axis)] for axis in one[:2]] for one in allowed]
+    offsets = [
+        [box.com_offset_mm['xyz'.index(axis)] for axis in orientation[:2]]
+        for orientation in allowed
+    ]
     return (
-        np.array([planned_size(box, one, profile) for one in allowed], np.int64).reshape(-1, 3),
-        np.array([ORIENTATIONS.index(one) for one in allowed], np.int64),
+        np.array(
+            [planned_size(box, orientation, profile) for orientation in allowed], np.int64
+        ).reshape(-1, 3),
+        np.array([ORIENTATIONS.index(orientation) for orientation in allowed], np.int64),
         np.array(offsets, np.float64).reshape(-1, 2),
     )
 
@@ -145,12 +150,12 @@ def _spots(
 @njit(cache=True, nogil=True)
 def _with_far_ends(positions, step, limit):  # type: ignore[no-untyped-def]
     """``positions`` and the last grid position before each, and the limit."""
-    found = np.empty(2 * len(positions) + 1, np.int64)
+    ends = np.empty(2 * len(positions) + 1, np.int64)
     for i in range(len(positions)):
-        found[2 * i] = positions[i]
-        found[2 * i + 1] = max(positions[i] - step, 0)
-    found[2 * len(positions)] = limit
-    return np.unique(found)
+        ends[2 * i] = positions[i]
+        ends[2 * i + 1] = max(positions[i] - step, 0)
+    ends[2 * len(positions)] = limit
+    return np.unique(ends)
 
 
 @njit(cache=True, nogil=True)
@@ -161,7 +166,7 @@ def _on_lines(  # type: ignore[no-untyped-def]
     """Allowed (x, y, z, number of the orientation) on the candidate lines."""
     step, tolerance, com_margin, min_share = rule
     varies = com_margin > -np.inf or min_share > 0.0 or len(slack) > 0
-    found = np.empty((256, 4), np.int64)
+    spots = np.empty((256, 4), np.int64)
     count = 0
     highest = np.empty(len(rows), height.dtype)
     for k in range(len(sizes)):
@@ -206,11 +211,11 @@ def _on_lines(  # type: ignore[no-untyped-def]
                         continue
                 if in_zone(zones, radius, turn, x, y, z):
                     continue
-                if count == len(found):
-                    found = np.concatenate((found, np.empty_like(found)))
-                found[count, 0], found[count, 1], found[count, 2], found[count, 3] = x, y, z, k
+                if count == len(spots):
+                    spots = np.concatenate((spots, np.empty_like(spots)))
+                spots[count, 0], spots[count, 1], spots[count, 2], spots[count, 3] = x, y, z, k
                 count += 1
-    return found[:count]
+    return spots[:count]
 
 
 @njit(cache=True, nogil=True)
@@ -219,7 +224,7 @@ def _at_points(  # type: ignore[no-untyped-def]
     rule, min_vertices, sizes, turns, centres, force, zones, radius, points,
 ):  # fmt: skip
     """Allowed (x, y, z, number of the orientation) at ``points``."""
-    found = np.empty((len(points) * len(sizes), 4), np.int64)
+    spots = np.empty((len(points) * len(sizes), 4), np.int64)
     count = 0
     for k in range(len(sizes)):
         dx, dy, dz = sizes[k, 0], sizes[k, 1], sizes[k, 2]
@@ -241,6 +246,6 @@ def _at_points(  # type: ignore[no-untyped-def]
                 bin_size, boxes, columns, rows, height, owner, lines_x, lines_y, slack,
                 passed_on, rule, min_vertices, (x, y, z), (dx, dy, dz), centres[k], force,
             ):  # fmt: skip
-                found[count, 0], found[count, 1], found[count, 2], found[count, 3] = x, y, z, k
+                spots[count, 0], spots[count, 1], spots[count, 2], spots[count, 3] = x, y, z, k
                 count += 1
-    return found[:count]
+    return spots[:count]

@@ -21,7 +21,7 @@ def extreme_points(model: BinModel) -> Ints:
     matter.
     """
     boxes = np.array(
-        [(*one.corner_mm, *one.far_mm) for one in model.source.boxes], np.int64
+        [(*placed.corner_mm, *placed.far_mm) for placed in model.source.boxes], np.int64
     ).reshape(-1, 6)
     return _inside(_extreme_points(boxes), model)
 
@@ -34,11 +34,11 @@ def corner_points(model: BinModel) -> Ints:
     bin packing through simulation, IASTED Modelling, Simulation and Optimization, 2006). Unlike
     extreme points they are not projected onto other boxes and walls.
     """
-    found = [(0, 0)]
-    for one in model.source.boxes:
-        (x0, y0, _), (x1, y1, _) = one.corner_mm, one.far_mm
-        found += [(x1, y0), (x0, y1), (x0, y0)]
-    return _inside(np.array(found, np.int64), model)
+    points = [(0, 0)]
+    for placed in model.source.boxes:
+        (x0, y0, _), (x1, y1, _) = placed.corner_mm, placed.far_mm
+        points += [(x1, y0), (x0, y1), (x0, y0)]
+    return _inside(np.array(points, np.int64), model)
 
 
 def _inside(points: Ints, model: BinModel) -> Ints:
@@ -50,7 +50,7 @@ def _inside(points: Ints, model: BinModel) -> Ints:
 @njit(cache=True, nogil=True)
 def _extreme_points(boxes):  # type: ignore[no-untyped-def]
     """(x, y) of six projected corners of each box onto the boxes placed before it."""
-    found = np.zeros((6 * len(boxes) + 1, 2), np.int64)
+    points = np.zeros((6 * len(boxes) + 1, 2), np.int64)
     size = 1
     for k in range(len(boxes)):
         x0, y0, z0, x1, y1, z1 = boxes[k]
@@ -69,7 +69,7 @@ def _extreme_points(boxes):  # type: ignore[no-untyped-def]
                 if by0 <= y0 < by1 and bz0 <= z1 < bz1:
                     top_x = max(top_x, bx1)
         for x, y in ((x1, right_y), (x1, y0), (back_x, y1), (x0, y1), (top_x, y0), (x0, top_y)):
-            found[size, 0] = x
-            found[size, 1] = y
+            points[size, 0] = x
+            points[size, 1] = y
             size += 1
-    return found
+    return points

@@ -44,7 +44,7 @@ def candidate_lines(lines, extent, step, limit, extra):  # type: ignore[no-untyp
     ``lines`` are the edges of placed boxes on the grid, ``extra`` further lines (refused zones).
     """
     count = len(lines)
-    found = np.empty(2 * count + len(extra), np.int64)
+    positions = np.empty(2 * count + len(extra), np.int64)
     size, i, j = 0, 0, 0
     while i < count or j < count:
         if j >= count or (i < count and lines[i] <= lines[j] - extent + step):
@@ -53,16 +53,16 @@ def candidate_lines(lines, extent, step, limit, extra):  # type: ignore[no-untyp
         else:
             value = lines[j] - extent + step
             j += 1
-        if 0 <= value <= limit and (size == 0 or value != found[size - 1]):
-            found[size] = value
+        if 0 <= value <= limit and (size == 0 or value != positions[size - 1]):
+            positions[size] = value
             size += 1
     for value in extra:
         if 0 <= value <= limit:
-            found[size] = value
+            positions[size] = value
             size += 1
     if len(extra) > 0:
-        return np.unique(found[:size])
-    return found[:size]
+        return np.unique(positions[:size])
+    return positions[:size]
 
 
 @njit(cache=True, nogil=True)
@@ -87,19 +87,22 @@ def _spans(positions, extent, step, edges):  # type: ignore[no-untyped-def]
 @njit(cache=True, nogil=True)
 def _zone_lines(zones, turn, axis, radius, step):  # type: ignore[no-untyped-def]
     """Grid lines where the refused zones of orientation ``turn`` begin and end along ``axis``."""
-    found = np.empty(2 * len(zones), np.int64)
+    lines = np.empty(2 * len(zones), np.int64)
     size = 0
     for zone in zones:
         if zone[0] == turn:
-            found[size] = (zone[1 + axis] - radius) // step * step + step
-            found[size + 1] = -(-(zone[1 + axis] + radius) // step) * step
+            lines[size] = (zone[1 + axis] - radius) // step * step + step
+            lines[size + 1] = -(-(zone[1 + axis] + radius) // step) * step
             size += 2
-    return found[:size]
+    return lines[:size]
 
 
 @njit(cache=True, nogil=True)
 def in_zone(zones, radius, turn, x, y, z):  # type: ignore[no-untyped-def]
-    """Whether (x, y, z) lies within ``radius`` of a refused position of this orientation."""
+    """Whether (x, y, z) lies within ``radius`` of a refused position of this orientation.
+
+    ``zones`` are int64 (n, 4), orientation number, x, y and z; ``turn`` is the orientation number.
+    """
     for zone in zones:
         if (
             zone[0] == turn
@@ -162,8 +165,10 @@ def search_bin(  # type: ignore[no-untyped-def]
     slack, passed_on : load each top can still take, and which part of a force on one top reaches
         another, newtons; empty when no box has a limit.
     rule : (step, tolerance, com_margin or -inf, min_share).
+    min_vertices : base vertices that must rest.
     sizes, turns, centres : planned size, orientation number and centre of mass offset of each
         allowed orientation.
+    force : weight of the box, newtons.
     zones, radius : refused positions (orientation, x, y, z), and how far around each is refused.
     weights : (w1, w2, value of the bin's index), per millimetre.
     bound : only a strictly smaller objective counts.

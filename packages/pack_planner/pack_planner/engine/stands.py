@@ -19,7 +19,14 @@ def stands_at(  # type: ignore[no-untyped-def]
     bin_size, boxes, columns, rows, height, owner, lines_x, lines_y, slack, passed_on,
     rule, min_vertices, corner, size, centre, force,
 ):  # fmt: skip
-    """Whether a box of ``size`` rests at ``corner`` under every rule; arguments as the search's."""
+    """Whether a box of ``size`` rests at ``corner`` under every rule.
+
+    Parameters
+    ----------
+    bin_size to min_vertices, force : as of :func:`pack_planner.engine.search.search_bin`.
+    corner, size : (x, y, z) and (dx, dy, dz), millimetres.
+    centre : offset of the centre of mass from the middle of the base, x and y, millimetres.
+    """
     step, tolerance, com_margin, min_share = rule
     x, y, z = corner
     dx, dy, dz = size

@@ -21,8 +21,13 @@ LOAD_TOLERANCE_N = 1e-6
 def cell_rests(boxes, guess, x, y, step, z, tolerance):  # type: ignore[no-untyped-def]
     """Whether the resolution cell at (x, y) lies wholly on one top between z - tolerance and z.
 
-    ``guess`` is the topmost box there. On the grid it settles the question; a box that another
-    profile placed off the grid may need a look at all of them.
+    Parameters
+    ----------
+    boxes : int64 (n, 5), x0, y0, x1, y1, top of each placed box.
+    guess : number of the topmost box there, or -1. On the grid it settles the question; a box that
+        another profile placed off the grid may need a look at all of them.
+    x, y, z : corner of the cell nearest the origin, millimetres.
+    step, tolerance : width of a cell, and how far below z a top may lie, millimetres.
     """
     if guess < 0:
         return False
@@ -49,9 +54,15 @@ def cell_rests(boxes, guess, x, y, step, z, tolerance):  # type: ignore[no-untyp
 def resting_vertices(  # type: ignore[no-untyped-def]
     boxes, owner, left, right, front, back, x, y, dx, dy, step, z, tolerance
 ):
-    """How many of the four base vertices of a box at (x, y, z) rest, by their corner cells.
+    """How many of the four base vertices of a box rest, by their corner cells.
 
-    ``left``, ``right``, ``front``, ``back`` are the strips of the height map that hold the cells.
+    Parameters
+    ----------
+    boxes, step, tolerance : as of :func:`cell_rests`.
+    owner : numbers of the topmost boxes of the height map, -1 for the floor.
+    left, right, front, back : strips of the height map that hold the cells.
+    x, y, z : corner of the box, millimetres.
+    dx, dy : its size.
     """
     far_x, far_y = x + dx - step, y + dy - step
     return (
@@ -117,6 +128,16 @@ def well_supported(  # type: ignore[no-untyped-def]
 
     The range must lie within one cell between candidate lines, where the supporters are the same
     everywhere and each contact edge is either fixed or moves with the box.
+
+    Parameters
+    ----------
+    boxes, tolerance : as of :func:`cell_rests`.
+    area : the range of the corner, millimetres.
+    size, z : of the box, and the height of its base.
+    com : offset of its centre of mass from the middle of the base, x and y.
+    com_margin, min_share : least distance from the edge of the support polygon, -inf for any; least
+        share of the base that rests.
+    force, slack, passed_on : as of :func:`pack_planner.engine.search.search_bin`.
     """
     x0, y0, x1, y1 = area
     dx, dy, _ = size
@@ -127,7 +148,7 @@ def well_supported(  # type: ignore[no-untyped-def]
     below = np.empty(len(boxes), np.int64)
     least = np.empty(len(boxes))
     most = np.empty(len(boxes))
-    found = 0
+    supporters = 0
     for index in range(len(boxes)):
         box = boxes[index]
         if not z - tolerance <= box[4] <= z:
@@ -140,11 +161,11 @@ def well_supported(  # type: ignore[no-untyped-def]
         wide_1 = min(box[2] - x1, dx) - max(box[0] - x1, 0)
         deep_0 = min(box[3] - y0, dy) - max(box[1] - y0, 0)
         deep_1 = min(box[3] - y1, dy) - max(box[1] - y1, 0)
-        below[found] = index
-        least[found] = float(max(min(wide_0, wide_1), 0)) * max(min(deep_0, deep_1), 0)
-        most[found] = float(max(wide_0, wide_1)) * max(deep_0, deep_1)
-        contact += most[found]
-        found += 1
+        below[supporters] = index
+        least[supporters] = float(max(min(wide_0, wide_1), 0)) * max(min(deep_0, deep_1), 0)
+        most[supporters] = float(max(wide_0, wide_1)) * max(deep_0, deep_1)
+        contact += most[supporters]
+        supporters += 1
         for corner in range(4):
             px[count] = left if corner % 2 == 0 else right
             py[count] = front if corner < 2 else back
@@ -159,7 +180,7 @@ def well_supported(  # type: ignore[no-untyped-def]
         if slack[limited] == math.inf:
             continue
         arriving = 0.0
-        for i in range(found):
+        for i in range(supporters):
             arriving += least[i] * passed_on[below[i], limited]
         if contact > 0 and force * arriving / contact > slack[limited] + LOAD_TOLERANCE_N:
             return False

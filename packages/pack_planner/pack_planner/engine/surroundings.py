@@ -18,19 +18,19 @@ def gaps(spots: Spots, model: BinModel) -> Ints:
 
     From the box to the nearest box that stands higher than its base, or to the wall.
     """
-    found: Ints = _gaps(
+    distances: Ints = _gaps(
         model.source.spec.size_mm, model.columns, model.rows, model.height,
         spots.corners, spots.sizes,
     )  # fmt: skip
-    return found
+    return distances
 
 
 def lost_volume(spots: Spots, model: BinModel) -> Floats:
     """Volume between each box's base and the height map below it, cubic millimetres, (n,)."""
-    found: Floats = _lost_volume(
+    volumes: Floats = _lost_volume(
         model.columns, model.rows, model.height, spots.corners, spots.sizes
     )
-    return found
+    return volumes
 
 
 def border(spots: Spots, model: BinModel) -> Floats:
@@ -39,11 +39,11 @@ def border(spots: Spots, model: BinModel) -> Floats:
     Sum of |height - top of the box| in centimetres over the bordering cells, number of these cells
     that are higher than its top, and number that are level with it. Walls have no cells.
     """
-    found: Floats = _border(
+    neighbours: Floats = _border(
         model.source.spec.size_mm, model.columns, model.rows, model.height,
         spots.corners, spots.sizes,
     )  # fmt: skip
-    return found
+    return neighbours
 
 
 def sides(spots: Spots, model: BinModel) -> Floats:
@@ -52,16 +52,16 @@ def sides(spots: Spots, model: BinModel) -> Floats:
     Share of its four sides that lies against walls or below the height map beside it, and share of
     the border of its top where the height map beside it is level with that.
     """
-    found: Floats = _sides(
+    shares: Floats = _sides(
         model.source.spec.size_mm, model.columns, model.rows, model.height,
         spots.corners, spots.sizes,
     )  # fmt: skip
-    return found
+    return shares
 
 
 @njit(cache=True, nogil=True)
 def _sides(bin_size, columns, rows, height, corners, sizes):  # type: ignore[no-untyped-def]
-    found = np.zeros((len(corners), 2))
+    shares = np.zeros((len(corners), 2))
     for index in range(len(corners)):
         x, y, z = corners[index]
         dx, dy, dz = sizes[index]
@@ -85,14 +85,14 @@ def _sides(bin_size, columns, rows, height, corners, sizes):  # type: ignore[no-
                 touched += along * (min(height[i, j], top) - z)
                 if height[i, j] == top:
                     level += along
-        found[index, 0] = touched / (2.0 * (dx + dy) * dz)
-        found[index, 1] = level / (2.0 * (dx + dy))
-    return found
+        shares[index, 0] = touched / (2.0 * (dx + dy) * dz)
+        shares[index, 1] = level / (2.0 * (dx + dy))
+    return shares
 
 
 @njit(cache=True, nogil=True)
 def _gaps(bin_size, columns, rows, height, corners, sizes):  # type: ignore[no-untyped-def]
-    found = np.empty((len(corners), 4), np.int64)
+    distances = np.empty((len(corners), 4), np.int64)
     for index in range(len(corners)):
         x, y, z = corners[index]
         far_x, far_y = x + sizes[index, 0], y + sizes[index, 1]
@@ -112,14 +112,14 @@ def _gaps(bin_size, columns, rows, height, corners, sizes):  # type: ignore[no-u
                         low_y = max(low_y, rows[j + 1])
                     elif rows[j] >= far_y:
                         high_y = min(high_y, rows[j])
-        found[index, 0], found[index, 1] = x - low_x, high_x - far_x
-        found[index, 2], found[index, 3] = y - low_y, high_y - far_y
-    return found
+        distances[index, 0], distances[index, 1] = x - low_x, high_x - far_x
+        distances[index, 2], distances[index, 3] = y - low_y, high_y - far_y
+    return distances
 
 
 @njit(cache=True, nogil=True)
 def _lost_volume(columns, rows, height, corners, sizes):  # type: ignore[no-untyped-def]
-    found = np.zeros(len(corners))
+    volumes = np.zeros(len(corners))
     for index in range(len(corners)):
         x, y, z = corners[index]
         far_x, far_y = x + sizes[index, 0], y + sizes[index, 1]
@@ -130,13 +130,13 @@ def _lost_volume(columns, rows, height, corners, sizes):  # type: ignore[no-unty
             for j in range(len(rows) - 1):
                 deep = min(rows[j + 1], far_y) - max(rows[j], y)
                 if deep > 0:
-                    found[index] += float(wide * deep) * (z - height[i, j])
-    return found
+                    volumes[index] += float(wide * deep) * (z - height[i, j])
+    return volumes
 
 
 @njit(cache=True, nogil=True)
 def _border(bin_size, columns, rows, height, corners, sizes):  # type: ignore[no-untyped-def]
-    found = np.zeros((len(corners), 3))
+    neighbours = np.zeros((len(corners), 3))
     for index in range(len(corners)):
         x, y, z = corners[index]
         far_x, far_y = x + sizes[index, 0], y + sizes[index, 1]
@@ -156,7 +156,7 @@ def _border(bin_size, columns, rows, height, corners, sizes):  # type: ignore[no
                     cells += wide / 10.0 * (int(front) + int(back))
                 if cells > 0:
                     rise = height[i, j] - top
-                    found[index, 0] += cells * abs(rise) / 10.0
-                    found[index, 1] += cells * int(rise > 0)
-                    found[index, 2] += cells * int(rise == 0)
-    return found
+                    neighbours[index, 0] += cells * abs(rise) / 10.0
+                    neighbours[index, 1] += cells * int(rise > 0)
+                    neighbours[index, 2] += cells * int(rise == 0)
+    return neighbours

@@ -42,7 +42,10 @@ class ArmAsker:
             self._heard(number, None)
             return
         request = CheckPlacements.Request(
-            candidates=[decision_to_ros(one, frames.get(one.bin_id, '')) for one in candidates],
+            candidates=[
+                decision_to_ros(candidate, frames.get(candidate.bin_id, ''))
+                for candidate in candidates
+            ],
             enough=enough_s,
         )
         self._pending = self._client.call_async(request)
@@ -54,5 +57,6 @@ class ArmAsker:
             return
         checks = future.result().checks
         self._heard(
-            number, [CheckAnswer(ErrorCode(one.error_code), one.motion_time) for one in checks]
+            number,
+            [CheckAnswer(ErrorCode(check.error_code), check.motion_time) for check in checks],
         )

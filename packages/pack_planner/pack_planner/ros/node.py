@@ -179,13 +179,13 @@ class PlannerNode(Node):
 
     def _on_bins(self, msg: BinStateArray) -> None:
         """Convert only bins that changed: a full bin is the largest message of the cell."""
-        changed = [one for one in msg.bins if not self._is_known(one)]
-        known = [one for one in msg.bins if self._is_known(one)]
+        changed = [state for state in msg.bins if not self._is_known(state)]
+        known = [state for state in msg.bins if self._is_known(state)]
         array = BinStateArray(header=msg.header, revision=msg.revision, bins=changed)
         snapshot = bins_from_ros(array)
-        bins = (*snapshot.bins, *(self._known_bins[one.bin_id] for one in known))
-        self._known_bins = {one.id: one for one in bins}
-        ordered = tuple(sorted(bins, key=lambda one: one.serial))
+        bins = (*snapshot.bins, *(self._known_bins[state.bin_id] for state in known))
+        self._known_bins = {target.id: target for target in bins}
+        ordered = tuple(sorted(bins, key=lambda target: target.serial))
         self.coordinator.on_bins(replace(snapshot, bins=ordered))
 
     def _is_known(self, msg: BinState) -> bool:
@@ -211,12 +211,12 @@ class PlannerNode(Node):
 
     def _change(self, changes: list[Parameter]) -> SetParametersResult:
         """Take changed parameters; they hold from the next decision on."""
-        specs = {one.name: one for one in parameter_fields(PlannerParameters)}
+        specs = {spec.name: spec for spec in parameter_fields(PlannerParameters)}
         try:
             values: dict[str, Any] = {
-                one.name: check_value(specs[one.name], one.value)
-                for one in changes
-                if one.name in specs
+                change.name: check_value(specs[change.name], change.value)
+                for change in changes
+                if change.name in specs
             }
             wanted = replace(self.parameters, **values)
             settings(wanted)
@@ -261,8 +261,8 @@ class PlannerNode(Node):
             return (number, None, f'{type(error).__name__}: {error}')
 
     def _fetch(self) -> None:
-        for number, found, error in self._worker.fetch():
-            self.coordinator.on_planned(number, found, error)
+        for number, planned_step, error in self._worker.fetch():
+            self.coordinator.on_planned(number, planned_step, error)
 
     def plan(self, number: int, state: DecisionState, candidates: int) -> None:
         """Compute a decision in the worker's thread."""
@@ -308,7 +308,7 @@ class PlannerNode(Node):
 
     def check(self, number: int, candidates: Sequence[Decision], enough_s: float) -> None:
         """Call `check_placements`."""
-        frames = {one.id: frame_name(one.station) for one in self._known_bins.values()}
+        frames = {target.id: frame_name(target.station) for target in self._known_bins.values()}
         self._asker.ask(number, candidates, frames, enough_s)
 
     def swap(self, target: Bin, destination: str) -> None:
@@ -341,7 +341,7 @@ class PlannerNode(Node):
 
 def _frame(decision: Decision, bins: tuple[Bin, ...]) -> str:
     """Frame of the bin that ``decision`` is about; empty for a rejected box."""
-    return next((frame_name(one.station) for one in bins if one.id == decision.bin_id), '')
+    return next((frame_name(target.station) for target in bins if target.id == decision.bin_id), '')
 
 
 def main(args: list[str] | None = None) -> None:
