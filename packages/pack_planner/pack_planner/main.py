@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from importlib.util import find_spec
 
 from pack_msgs_py.signals import signals_end_quietly
 
@@ -12,8 +13,8 @@ def main() -> None:
     with signals_end_quietly():
         try:
             from pack_planner.ros import node
-        except ModuleNotFoundError as error:
-            if error.name != 'rclpy':
+        except ModuleNotFoundError:
+            if find_spec('rclpy') is not None:
                 raise
             sys.exit('planner: the node needs ROS 2; `from pack_planner import pack` does not')
     node.main()
