@@ -7,6 +7,7 @@ import os
 import signal
 import socket
 import sys
+from dataclasses import replace
 
 import pytest
 from distributed import LocalCluster
@@ -18,6 +19,7 @@ from pack_cell.bench.runner import Workers, run
 from pack_cell.bench.values import BenchSettings, Case, CollectionSource
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Box, parse_bin
+from pack_planner.algorithms import find_algorithm
 
 SETTINGS = BenchSettings(PROFILES['paper'])
 CARTONS = tuple(
@@ -71,6 +73,22 @@ def test_two_workers_give_the_same_plan_even_when_one_is_killed_half_way(tmp_pat
         workers = Workers(cluster=dask.scheduler_address)
         assert bench(tmp_path, 'cluster', workers, kill_one) == wanted
     assert killed
+
+
+def test_a_worker_reads_an_algorithm_of_ones_own(tmp_path, wanted):
+    path = tmp_path / 'mine.py'
+    path.write_text(
+        'from pack_planner import find_algorithm\n'
+        "def my_rule(problem): return find_algorithm('first_fit')(problem)\n"
+    )
+    where = f'{path}:my_rule'
+    own = replace(CASES[0], algorithm=where, digest=find_algorithm(where).digest)
+    with local_cluster(1) as dask:
+        results = ResultFile(None, None)
+        workers = Workers(cluster=dask.scheduler_address)
+        (record,) = run([own], SETTINGS, workers, results, nothing)
+    assert record['algorithm'] == 'mine.py:my_rule'
+    assert record['fill_closed'] == wanted[0][0]['fill_closed']
 
 
 def test_without_its_scheduler_a_run_ends_and_goes_on_from_there(tmp_path, wanted):
