@@ -39,20 +39,20 @@ def states_of_a_run(
     """Every look-ahead and open bins that MPackLite meets while it packs ``boxes``."""
     stream = [box for box in boxes if engine.fits_empty_bin(box, spec)]
     bins = [Bin(f'bin-{i}', i, spec) for i in range(1, open_bins + 1)]
-    serial, found = open_bins, []
+    serial, states = open_bins, []
     while stream:
         ahead = tuple(stream[:look_ahead])
-        found.append((ahead, tuple(bins)))
-        choice = mpack_lite(Problem(engine, ahead, tuple(engine.model(one) for one in bins)))
+        states.append((ahead, tuple(bins)))
+        choice = mpack_lite(Problem(engine, ahead, tuple(engine.model(target) for target in bins)))
         if choice is None:
-            bins.remove(max(bins, key=lambda one: one.fill_rate))
+            bins.remove(max(bins, key=lambda target: target.fill_rate))
             serial += 1
             bins.append(Bin(f'bin-{serial}', serial, spec))
             continue
         index = choice.candidate.bin_index
         bins[index] = with_box(bins[index], choice.candidate.placed)
         stream.remove(choice.candidate.placed.box)
-    return found
+    return states
 
 
 def decide(
@@ -61,7 +61,7 @@ def decide(
     """What `mpack` answers, and its seconds."""
     clock = time.perf_counter if options.clock == 'wall' else time.thread_time
     boxes, bins = state
-    models = tuple(engine.model(one) for one in bins)
+    models = tuple(engine.model(target) for target in bins)
     started = clock()
     choice = mpack(
         Problem(
@@ -82,7 +82,7 @@ def joint_objective(choice: Choice | None) -> str:
 
 def proof_row(name: str, look_ahead: int, answers: list[tuple[Choice | None, float]]) -> str:
     """One row of the table of proofs."""
-    seconds = [one for _, one in answers]
+    seconds = [spent for _, spent in answers]
     proven = sum(c is None or c.status is PlacementStatus.OPTIMAL for c, _ in answers)
     gaps = [c.gap for c, _ in answers if c is not None and c.gap != float('inf')]
     unknown = sum(c is not None and c.gap == float('inf') for c, _ in answers)
@@ -128,7 +128,7 @@ def main() -> None:
         '| mean gap % | gap unknown'
         if len(backends) == 1
         else 'bin | look-ahead | state | '
-        + ' | '.join(f'{one} objective | {one} status | {one} s' for one in backends)
+        + ' | '.join(f'{name} objective | {name} status | {name} s' for name in backends)
     )
     sys.stdout.write(f'| {head} |\n' + '|---' * (head.count('|') + 1) + '|\n')
     for name in options.bins:
@@ -138,8 +138,8 @@ def main() -> None:
             states = states_of_a_run(engine, boxes, spec, look_ahead, options.open_bins)
             chosen = sorted(rng.sample(range(len(states)), min(options.states, len(states))))
             if len(backends) == 1:
-                found = [decide(engine, states[at], options, backends[0]) for at in chosen]
-                sys.stdout.write(proof_row(name, look_ahead, found) + '\n')
+                answers = [decide(engine, states[at], options, backends[0]) for at in chosen]
+                sys.stdout.write(proof_row(name, look_ahead, answers) + '\n')
             for at in chosen if len(backends) > 1 else ():
                 cells = []
                 for backend in backends:

@@ -15,6 +15,8 @@ from pathlib import Path
 
 _VARIABLE = 'NUMBA_CACHE_DIR'
 _PREFIX = 'sources-'
+#: What a module has in it that is compiled, or has the types of what is.
+_COMPILED = (b'njit', b'@compiled', b'@entry', b'@uncounted', b'NamedTuple')
 #: Age of the compiled code of another version that is deleted, seconds.
 _UNUSED_S = 24 * 3600.0
 
@@ -24,7 +26,7 @@ def version_of(folder: Path) -> str:
     digest = hashlib.sha256()
     for path in sorted(folder.rglob('*.py')):
         content = path.read_bytes()
-        if b'njit' in content or b'@compiled' in content:
+        if any(word in content for word in _COMPILED):
             digest.update(path.relative_to(folder).as_posix().encode() + b'\0' + content)
     return _PREFIX + digest.hexdigest()[:16]
 

@@ -9,30 +9,34 @@ from planner_cases import coarse, engine_of
 
 from pack_planner.algorithms.incumbent import greedy
 from pack_planner.joint.bin_by_bin.assignments import group_bounds
-from pack_planner.joint.bin_by_bin.group import Group, empty_nodes
 from pack_planner.joint.bin_by_bin.group_bounds import Closing
-from pack_planner.joint.bin_by_bin.search import GroupedSearch, _split
-from pack_planner.joint.solve import JointSearch
+from pack_planner.joint.bin_by_bin.group_problem import search_room
+from pack_planner.joint.bin_by_bin.search import JointSearch, split
+from pack_planner.joint.bin_by_bin.who_goes_behind import room_for
+from pack_planner.joint.budget import Budget
 
 PROFILE = coarse('paper', 10)
 
 
 def search_of(problem, start):
-    joint = JointSearch(engine_of(PROFILE), problem.boxes, problem.bins, problem.forbidden, start)
-    return GroupedSearch(
-        engine_of(PROFILE), problem.boxes, problem.bins, problem.forbidden, start, joint.reach, 0
-    )
+    return JointSearch(engine_of(PROFILE), problem.boxes, problem.bins, problem.forbidden, start)
 
 
 def listed(problem):
     """The search, its listing and all groups, of boxes that were placed from small to large."""
     start = greedy(problem, sorted(problem.boxes, key=lambda box: box.volume_mm3))
     search = search_of(problem, start)
-    listing = search._list()
+    listing = search._begin(Budget())
+    if listing is None:
+        return None
     listing.compare()
     goal = 10.0 * sum(one.objective for one in start)
-    picks = search._picks(listing, goal)
-    return listing, goal, *_split(picks, listing.bin_of, len(problem.bins))
+    picks = listing.assignments(search._twins, goal, 10**6, 10**9)
+    return listing, goal, *split(picks, listing.bin_of, len(problem.bins), [])[:2]
+
+
+def around(problem):
+    return room_for(len(problem.boxes)), Budget().stop
 
 
 def with_a_start(count, seeds):
@@ -46,10 +50,10 @@ def test_no_bound_is_above_what_the_group_costs_also_by_some_of_its_boxes():
     possible, raised, by_part = 0, 0, 0
     for problem in with_a_start(5, range(12)):
         listing, goal, rows, parts = listed(problem)
-        bounds = group_bounds(rows, listing.cost, listing.extra, listing.behind)
+        bounds = group_bounds(rows, listing.cost, listing.extra, listing.behind, *around(problem))
         before = bounds.copy()
         largest_first = np.argsort([-box.volume_mm3 for box in problem.boxes])
-        closing = Closing(listing, largest_first, empty_nodes, lambda: False)
+        closing = Closing(listing, largest_first, search_room, Budget())
         closing.begin(rows)
         closing.close(parts, bounds, goal)
         by_part += len(closing._parts)
@@ -58,8 +62,8 @@ def test_no_bound_is_above_what_the_group_costs_also_by_some_of_its_boxes():
         assert (bounds >= before).all()
         for g in higher[:: 1 + len(higher) // 100]:
             own = rows[g][rows[g] >= 0]
-            group = Group(*listing.problem_of(own), 0.0)
-            group.improve(1.2 * goal, lambda places: True, lambda: False, empty_nodes(len(own)))
+            group = listing.group(own, 0.0)
+            group.improve(1.2 * goal, lambda places: True, Budget(), search_room(len(own)))
             assert bounds[g] <= group.cost + 1e-6
             possible += np.isfinite(group.cost)
     assert possible > 100
@@ -70,11 +74,15 @@ def test_no_bound_is_above_what_the_group_costs_also_by_some_of_its_boxes():
 def test_a_group_is_closed_once():
     problem = next(with_a_start(4, range(12)))
     listing, goal, rows, parts = listed(problem)
-    bounds = group_bounds(rows, listing.cost, listing.extra, listing.behind)
-    closing = Closing(listing, np.arange(4), empty_nodes, lambda: False)
+    bounds = group_bounds(rows, listing.cost, listing.extra, listing.behind, *around(problem))
+    budget = Budget()
+    closing = Closing(listing, np.arange(4), search_room, budget)
     closing.begin(rows)
-    assert closing.close(parts, bounds, goal) > 0
-    assert closing.close(parts, bounds, goal) == 0
+    closing.close(parts, bounds, goal)
+    taken = budget.taken
+    assert taken > 0
+    closing.close(parts, bounds, goal)
+    assert budget.taken == taken
 
 
 @pytest.mark.parametrize('elsewhere', [0, 1, 3])
@@ -85,11 +93,10 @@ def test_corners_that_others_may_hold_need_no_hold_here(elsewhere):
         listing, goal, rows, _ = listed(problem)
         for row in rows[(rows >= 0).sum(axis=1) == 3][:30]:
             exact, helped = (
-                Group(*listing.problem_of(row, corners), 0.0)
-                for corners in (None, np.full(3, elsewhere))
+                listing.group(row, 0.0, corners) for corners in (None, np.full(3, elsewhere))
             )
             for group in (exact, helped):
-                group.improve(goal, lambda places: True, lambda: False, empty_nodes(3))
+                group.improve(goal, lambda places: True, Budget(), search_room(3))
             assert helped.bound <= exact.bound + 1e-6
             assert elsewhere or helped.bound == exact.bound
             leaning += listing.leans[row].any()
@@ -101,7 +108,7 @@ def test_a_large_box_that_lies_on_small_ones_of_the_look_ahead_alone_is_found():
     for seed in range(100):
         problem = tiny_problem(engine_of(PROFILE), seed, 4)
         if greedy(problem, problem.boxes) is None:
-            result = search_of(problem, None).run(lambda: False)
+            result = search_of(problem, None).run(Budget())
             found += result.candidates is not None and any(
                 not engine_of(PROFILE).stands(one.placed, problem.bins[one.bin_index])
                 for one in result.candidates

@@ -12,9 +12,10 @@ from pack_msgs_py.values import Bin, Box, PlacedBox
 from pack_planner.algorithms import Problem
 from pack_planner.algorithms.incumbent import best_incumbent
 from pack_planner.algorithms.mpack import mpack
+from pack_planner.joint.bin_by_bin.search import JointSearch
+from pack_planner.joint.budget import Budget
 from pack_planner.joint.by_solver.solvers import solve_joint
 from pack_planner.joint.solution import all_touch, joint_violations
-from pack_planner.joint.solve import JointSearch
 
 PAPER = coarse('paper', 50)
 SEEDS = range(8)
@@ -23,7 +24,7 @@ SEEDS = range(8)
 def solve(problem, backend):
     about = (engine_of(PAPER), problem.boxes, problem.bins, problem.forbidden, None)
     if backend == 'search':
-        return JointSearch(*about, cep=problem.cep).run(10**6, lambda: False)
+        return JointSearch(*about, cep=problem.cep).run(Budget())
     return solve_joint(*about, backend, 30.0, cep=problem.cep)
 
 
@@ -56,7 +57,7 @@ def test_a_box_that_could_only_stand_free_goes_to_another_bin(backend):
 @pytest.mark.parametrize('seed', SEEDS)
 def test_the_start_and_the_decision_touch_too(seed):
     problem = tiny_problem(engine_of(PAPER), seed, 3, cep=True)
-    start = best_incumbent(problem, problem.boxes)
+    start = best_incumbent(problem, problem.boxes, Budget())
     if start is not None:
         assert all_touch(start, problem.bins, engine_of(PAPER))
         assert mpack(problem) is not None

@@ -12,13 +12,16 @@ from planner_cases import coarse, engine_of, random_bin, random_box
 from pack_msgs_py.codes import PlacementStatus
 from pack_msgs_py.rules import violations
 from pack_msgs_py.validator import validate_sequence, with_box
-from pack_msgs_py.values import Bin, BinSpec, Box
+from pack_msgs_py.values import Bin, BinSpec, Box, PlacedBox
 from pack_planner.algorithms import Problem
 from pack_planner.algorithms.base import BACKENDS, Memory
 from pack_planner.algorithms.incumbent import greedy
 from pack_planner.algorithms.mpack import mpack
 from pack_planner.algorithms.mpack_lite import mpack_lite
 from pack_planner.algorithms.opack import by_volume
+from pack_planner.engine.engine import nothing_forbidden
+from pack_planner.joint.bin_by_bin.search import JointSearch
+from pack_planner.joint.budget import Budget
 
 PAPER = coarse('paper', 10)
 # limits of what a top carries can keep a proof from ending; the tests of the optimum have them
@@ -176,3 +179,19 @@ def test_a_decision_by_a_solver_has_the_objective_of_our_own(backend, decide):
 def test_an_unknown_backend_is_refused():
     with pytest.raises(ValueError, match=r"unknown backend 'gurobi'.*search, cp_sat, milp"):
         Problem(engine_of(PAPER), (), (), backend='gurobi')
+
+
+def test_the_example_on_the_page_ends_as_it_is_drawn():
+    """The one of docs/mpack.md: B needs A beside P before it, and a start there is none."""
+    engine = engine_of(coarse('paper', 100, resolution_z_mm=100, orientations='upright'))
+    size = (200.0, 200.0, 100.0)
+    there = PlacedBox(Box('P', size), (0, 0, 0), (200, 200, 100), 'xyz')
+    model = engine.model(Bin('a', 1, BinSpec('40x20x30', (400, 200, 300)), (there,)))
+    boxes = tuple(Box(name, (length, *size[1:])) for name, length in
+                  (('A', 200.0), ('B', 300.0), ('C', 100.0)))  # fmt: skip
+    assert greedy(Problem(engine, boxes, (model,)), by_volume(boxes)) is None
+    result = JointSearch(engine, boxes, (model,), nothing_forbidden).run(Budget())
+    assert result.proven and result.objective == 380.0
+    places = {c.placed.box.id: (c.placed.corner_mm[0], c.placed.corner_mm[2], c.objective)
+              for c in result.candidates}  # fmt: skip
+    assert places == {'A': (200, 0, 130.0), 'B': (100, 100, 130.0), 'C': (0, 100, 120.0)}

@@ -9,6 +9,7 @@ from pack_msgs_py.values import Box, PlacedBox
 from pack_planner.algorithms.base import Problem
 from pack_planner.algorithms.opack import by_volume
 from pack_planner.engine import BinModel, Candidate
+from pack_planner.joint.budget import Budget
 from pack_planner.joint.solution import all_touch
 
 Solution = tuple[Candidate, ...]
@@ -17,18 +18,23 @@ Solution = tuple[Candidate, ...]
 _TRIES = 1000
 
 
-def best_incumbent(problem: Problem, boxes: Sequence[Box]) -> Solution | None:
-    """The best joint solution for ``boxes`` that is cheap to have; MPackLite's is one of them."""
-    found = [one for one in (greedy(problem, by_volume(boxes)), remembered(problem, boxes)) if one]
-    best = min(found, key=_total, default=None)
-    return _other_orders(problem, boxes, best)
+def best_incumbent(problem: Problem, boxes: Sequence[Box], budget: Budget) -> Solution | None:
+    """The best joint solution for ``boxes`` that is cheap to have; MPackLite's is one of them.
+
+    That one and the remembered one also when the budget is out.
+    """
+    starts = (greedy(problem, by_volume(boxes)), remembered(problem, boxes))
+    best = min((start for start in starts if start), key=_total, default=None)
+    return _other_orders(problem, boxes, best, budget)
 
 
 def _total(solution: Solution) -> float:
-    return sum(one.objective for one in solution)
+    return sum(candidate.objective for candidate in solution)
 
 
-def _other_orders(problem: Problem, boxes: Sequence[Box], best: Solution | None) -> Solution | None:
+def _other_orders(
+    problem: Problem, boxes: Sequence[Box], best: Solution | None, budget: Budget
+) -> Solution | None:
     """Place the boxes in every order, as long as that seems to lead to less than ``best``.
 
     A box is taken to need at least what it needs now: not quite a bound, since others may carry it
@@ -45,24 +51,26 @@ def _other_orders(problem: Problem, boxes: Sequence[Box], best: Solution | None)
                 best, total = done, cost
             return
         tries -= len(left)
-        if tries < 0:
+        known: list[Candidate] = []
+        for box in left:
+            if tries < 0 or budget.seconds_left <= 0.0:
+                return
+            option = engine.best_placement(box, virtual, problem.forbidden, cep=problem.cep)
+            if option is None:
+                return
+            known.append(option)
+        if cost + _total(tuple(known)) >= total - 1e-9:
             return
-        options = [
-            engine.best_placement(box, virtual, problem.forbidden, cep=problem.cep) for box in left
-        ]
-        known = [one for one in options if one is not None]
-        if len(known) < len(left) or cost + _total(tuple(known)) >= total - 1e-9:
-            return
-        for one in sorted(known, key=lambda c: -c.placed.box.volume_mm3):
-            placements = frozenset(c.placed for c in (*done, one))
+        for candidate in sorted(known, key=lambda c: -c.placed.box.volume_mm3):
+            placements = frozenset(c.placed for c in (*done, candidate))
             if placements in seen:
                 continue
             seen.add(placements)
-            index = one.bin_index
+            index = candidate.bin_index
             after = [*virtual]
-            after[index] = engine.with_box(after[index], one.placed)
-            rest = [box for box in left if box is not one.placed.box]
-            extend((*done, one), cost + one.objective, after, rest)
+            after[index] = engine.with_box(after[index], candidate.placed)
+            rest = [box for box in left if box is not candidate.placed.box]
+            extend((*done, candidate), cost + candidate.objective, after, rest)
 
     extend((), 0.0, list(problem.bins), list(boxes))
     return best
@@ -72,17 +80,17 @@ def greedy(problem: Problem, boxes: Sequence[Box], start: Solution = ()) -> Solu
     """Place ``boxes`` one after another, each at its best, on top of ``start``."""
     engine = problem.engine
     virtual = list(problem.bins)
-    for one in start:
-        virtual[one.bin_index] = engine.with_box(virtual[one.bin_index], one.placed)
-    found = list(start)
+    for candidate in start:
+        j = candidate.bin_index
+        virtual[j] = engine.with_box(virtual[j], candidate.placed)
+    solution = list(start)
     for box in boxes:
-        candidate = engine.best_placement(box, virtual, problem.forbidden, cep=problem.cep)
-        if candidate is None:
+        best = engine.best_placement(box, virtual, problem.forbidden, cep=problem.cep)
+        if best is None:
             return None
-        found.append(candidate)
-        index = candidate.bin_index
-        virtual[index] = engine.with_box(virtual[index], candidate.placed)
-    return tuple(found)
+        solution.append(best)
+        virtual[best.bin_index] = engine.with_box(virtual[best.bin_index], best.placed)
+    return tuple(solution)
 
 
 def remembered(problem: Problem, boxes: Sequence[Box]) -> Solution | None:

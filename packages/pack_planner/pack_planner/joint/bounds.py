@@ -1,21 +1,22 @@
-"""Where each box of a look-ahead can be in a joint solution better than a known one.
+"""Compiled: where each box of a look-ahead can be in a joint solution better than a known one.
 
 A box at (x, y) stands on at least the highest top under it. Where too few of its corner cells have
 a top there, other boxes of the look-ahead must first bring one up to its base. How low such a top
 can be over each cell follows from where those boxes can be: first on the placed boxes alone, then
 also on each other, once more for each box of the look-ahead, since no stack is higher. Places that
 cost too much next to the least of all others are left out, and so are those whose helpers do.
+:mod:`.reach` says in which order.
+
+Each function ends early once ``stop`` is raised, see :mod:`.budget`.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
+
+from pack_planner.joint.compiled import compiled, entry
 
 #: Height of a top that is not to be had.
 NEVER = 1 << 28
@@ -23,11 +24,54 @@ NEVER = 1 << 28
 SLACK = 0.01
 #: A cost that nothing reaches.
 UNBOUNDED = 1e15
-#: How often the caps are lowered by what was found.
-_PASSES = 2
 
 
-@njit(cache=True, nogil=True)
+class CostWeights(NamedTuple):
+    """Ten times eq. (1), for a box in one bin.
+
+    Attributes
+    ----------
+    position : w1, per millimetre of x and y, or per cell where that is said.
+    height : w2, per millimetre of its top.
+    bin_index : w3 times the number of the bin.
+    """
+
+    position: float
+    height: float
+    bin_index: float
+
+
+class SupportRule(NamedTuple):
+    """When a box is held up.
+
+    Attributes
+    ----------
+    step : resolution of x and y, millimetres.
+    tolerance : how far below its base a top may lie, millimetres.
+    needed : corners of the base that must be held.
+    """
+
+    step: int
+    tolerance: int
+    needed: int
+
+
+@entry
+def paint(boxes, cells_x, cells_y, step):  # type: ignore[no-untyped-def]
+    """Height of the highest top over each grid cell, and the number of its box, -1 for none."""
+    height = np.zeros((cells_x, cells_y), np.int32)
+    owner = np.full((cells_x, cells_y), -1, np.int32)
+    for number in range(len(boxes)):
+        x0, y0, x1, y1, top = boxes[number]
+        for i in range(x0 // step, min(cells_x, -(-x1 // step))):
+            for j in range(y0 // step, min(cells_y, -(-y1 // step))):
+                if top > height[i, j]:
+                    height[i, j] = top
+                    owner[i, j] = number
+    return height, owner
+
+
+@compiled
 def windows(values, wide, deep):  # type: ignore[no-untyped-def]
     """Maximum of ``values`` over every window of ``wide`` x ``deep`` cells, by doubling."""
     done = 1
@@ -44,18 +88,22 @@ def windows(values, wide, deep):  # type: ignore[no-untyped-def]
     return highest
 
 
-@njit(cache=True, nogil=True)
-def landings(bin_size, height, step, shapes):  # type: ignore[no-untyped-def]
+@entry
+def landings(bin_size, height, step, shapes, stop):  # type: ignore[no-untyped-def]
     """Highest top under every position, (shapes, cells, cells); ``NEVER`` where a box sticks out.
 
     ``shapes`` are rows (box, orientation number, dx, dy, dz), millimetres.
     """
     low = np.full((len(shapes), height.shape[0], height.shape[1]), NEVER, np.int32)
     for s in range(len(shapes)):
+        if stop[0]:
+            break
         wide, deep, dz = shapes[s, 2] // step, shapes[s, 3] // step, shapes[s, 4]
         if wide > height.shape[0] or deep > height.shape[1] or dz > bin_size[2]:
             continue
         top = windows(height, wide, deep)
+        if stop[0]:
+            break
         for i in range(top.shape[0]):
             for j in range(top.shape[1]):
                 if top[i, j] + dz <= bin_size[2]:
@@ -63,25 +111,27 @@ def landings(bin_size, height, step, shapes):  # type: ignore[no-untyped-def]
     return low
 
 
-@njit(cache=True, nogil=True)
-def cheapest(land, shapes, step, weights, least):  # type: ignore[no-untyped-def]
+@entry
+def cheapest(land, shapes, step, weights, least, stop):  # type: ignore[no-untyped-def]
     """Lower ``least`` of each box to its cheapest position of :func:`landings`."""
     for s in range(len(shapes)):
+        if stop[0]:
+            return
         which, dz = shapes[s, 0], shapes[s, 4]
-        flat = weights[1] * dz + weights[2]
+        flat = weights.height * dz + weights.bin_index
         for i in range(land.shape[1]):
-            if flat + weights[0] * i * step >= least[which]:
+            if flat + weights.position * i * step >= least[which]:
                 break
             for j in range(land.shape[2]):
-                base = flat + weights[0] * (i + j) * step
+                base = flat + weights.position * (i + j) * step
                 if base >= least[which]:
                     break
                 if land[s, i, j] < NEVER:
-                    least[which] = min(least[which], base + weights[1] * land[s, i, j])
+                    least[which] = min(least[which], base + weights.height * land[s, i, j])
 
 
-@njit(cache=True, nogil=True)
-def carriers(low, shapes, step, weights, caps, tops, costs):  # type: ignore[no-untyped-def]
+@entry
+def carriers(low, shapes, step, weights, caps, tops, costs, stop):  # type: ignore[no-untyped-def]
     """What each box can do for others: lower ``tops`` and ``costs`` (boxes, cells, cells).
 
     ``tops`` becomes the lowest top that the box can have over a cell, ``costs`` the least that it
@@ -89,6 +139,8 @@ def carriers(low, shapes, step, weights, caps, tops, costs):  # type: ignore[no-
     """
     w1, w2, flat = weights
     for s in range(len(shapes)):
+        if stop[0]:
+            return
         which, _, dx, dy, dz = shapes[s]
         wide, deep = dx // step, dy // step
         last_i, last_j = low.shape[1] - wide, low.shape[2] - deep
@@ -119,18 +171,19 @@ def carriers(low, shapes, step, weights, caps, tops, costs):  # type: ignore[no-
                 own_costs[i, j] = min(own_costs[i, j], base - cost[i, j])
 
 
-@njit(cache=True, nogil=True)
+@entry
 def raise_bases(  # type: ignore[no-untyped-def]
-    height, limit, rule, min_vertices, shapes, weights, caps, known, tops, costs, land, low, least
-):
+    height, limit, rule, shapes, weights, caps, known, tops, costs, land, low, least,
+    stop,
+):  # fmt: skip
     """Raise ``low`` to bases at which enough corners can be supported, and find ``least``.
 
     ``tops``, ``costs`` as from :func:`carriers`; ``known`` is the least that each box costs in any
     bin, ``least`` (boxes,) is lowered to the least it costs in this one. ``land`` is from
     :func:`landings`. Returns a sum that grows with each position and each lower base.
     """
-    step, tolerance = rule[0], rule[1]
-    w1, w2, _ = weights
+    step, tolerance, min_vertices = rule
+    w1, w2, index = weights
     helped = np.full(height.shape, NEVER, np.int32)
     extra = np.full(height.shape, np.inf, np.float32)
     current = -1
@@ -139,6 +192,8 @@ def raise_bases(  # type: ignore[no-untyped-def]
     price = np.empty(4)
     left = 0
     for s in range(len(shapes)):
+        if stop[0]:
+            break
         which, _, dx, dy, dz = shapes[s]
         if which != current:
             current = which
@@ -150,7 +205,7 @@ def raise_bases(  # type: ignore[no-untyped-def]
                     extra[:] = np.minimum(extra, costs[k] - np.float32(known[k]))
         cap = caps[which] + SLACK
         wide, deep = dx // step, dy // step
-        flat = w2 * dz + weights[2]
+        flat = w2 * dz + index
         for i in range(height.shape[0] - wide + 1):
             if flat + w1 * i * step > cap:
                 low[s, i:] = NEVER
@@ -199,100 +254,3 @@ def raise_bases(  # type: ignore[no-untyped-def]
                 left += NEVER - best
                 least[which] = min(least[which], base + w2 * best)
     return left
-
-
-@dataclass(frozen=True, eq=False)
-class Ground:
-    """A bin as the bounds see it.
-
-    Attributes
-    ----------
-    size : inner length, breadth, height, millimetres.
-    height : highest top over each cell, (cells, cells), millimetres.
-    shapes : rows (box, orientation number, dx, dy, dz) of what may go in.
-    weights : w1, w2 and the value of the bin's index, per millimetre.
-    """
-
-    size: tuple[int, int, int]
-    height: NDArray[np.int32]
-    shapes: NDArray[np.int64]
-    weights: tuple[float, float, float]
-
-
-@dataclass(frozen=True, eq=False)
-class Reach:
-    """Where each box can be in a joint solution no worse than the known one.
-
-    Attributes
-    ----------
-    grounds : the bins.
-    low : for each bin the lowest base of each of its shapes at each cell, (shapes, cells, cells),
-        ``NEVER`` where it cannot be.
-    least : the least that each box costs in each bin, (bins, boxes), infinite where it cannot be.
-    caps : the most that each box may cost, (boxes,). Costs are ten times those of eq. (1).
-    """
-
-    grounds: tuple[Ground, ...]
-    low: tuple[NDArray[np.int32], ...]
-    least: NDArray[np.float64]
-    caps: NDArray[np.float64]
-
-    @property
-    def cheapest(self) -> NDArray[np.float64]:
-        """The least that each box costs in any bin, (boxes,)."""
-        found: NDArray[np.float64] = self.least.min(axis=0)
-        return found
-
-
-def reach(
-    grounds: Sequence[Ground], count: int, rule: tuple[int, int], min_vertices: int, upper: float
-) -> Reach:
-    """Bounds for ``count`` boxes; ``upper`` is what all of them cost in the known solution.
-
-    ``rule`` = (resolution, support tolerance), millimetres.
-    """
-    land = [landings(one.size, one.height, rule[0], one.shapes) for one in grounds]
-    low = [np.full_like(one, NEVER) for one in land]
-    known = np.full(count, math.inf)
-    for one, positions in zip(grounds, land, strict=True):
-        cheapest(positions, one.shapes, rule[0], one.weights, known)
-    least = np.tile(known, (len(grounds), 1))
-    caps = np.full(count, UNBOUNDED)
-    for _ in range(_PASSES):
-        if not np.isfinite(known).all():
-            break
-        caps = np.minimum(caps, upper - (known.sum() - known))
-        least = np.full((len(grounds), count), math.inf)
-        for index, one in enumerate(grounds):
-            _stack(one, land[index], low[index], rule, min_vertices, (caps, known), least[index])
-        better = np.maximum(known, least.min(axis=0))
-        gained = better.sum() - known.sum()
-        known = better
-        if not gained > 0.1 * (caps.max() - known.min()):
-            break
-    if np.isfinite(known).all():
-        caps = np.minimum(caps, upper - (known.sum() - known))
-    return Reach(tuple(grounds), tuple(low), least, caps)
-
-
-def _stack(
-    one: Ground, land: NDArray[np.int32], low: NDArray[np.int32], rule: tuple[int, int],
-    min_vertices: int, limits: tuple[NDArray[np.float64], NDArray[np.float64]],
-    least: NDArray[np.float64],
-) -> None:  # fmt: skip
-    """Fill ``low`` and ``least`` for one bin, stack by stack."""
-    caps, known = limits
-    count = len(least)
-    tops = np.full((count, *one.height.shape), NEVER, np.int32)
-    costs = np.full(tops.shape, np.float32(UNBOUNDED), np.float32)
-    before = -1
-    for _ in range(count):
-        least[:] = math.inf
-        left = raise_bases(
-            one.height, one.size[2], rule, min_vertices, one.shapes, one.weights, caps, known,
-            tops, costs, land, low, least,
-        )  # fmt: skip
-        if left == before or left == 0:
-            return
-        before = left
-        carriers(low, one.shapes, rule[0], one.weights, caps, tops, costs)

@@ -50,9 +50,9 @@ class JointResult:
         """How far the objective may lie above the optimum, relative to it; 0 when proven."""
         if self.proven:
             return 0.0
-        if self.candidates is None:
+        if self.candidates is None or self.lower_bound <= 0.0:
             return math.inf
-        return (self.objective - self.lower_bound) / max(self.lower_bound, 1e-9)
+        return (self.objective - self.lower_bound) / self.lower_bound
 
 
 def joint_violations(
@@ -67,8 +67,10 @@ def joint_violations(
             broken.append(bins[index].blocked)
         spec = bins[index].source.spec
         destination = bins[index].source.destination
-        found = violations(placed, boxes[index], spec, engine.profile, destination)
-        broken += [str(one) for one in found]
+        broken += [
+            str(violation)
+            for violation in violations(placed, boxes[index], spec, engine.profile, destination)
+        ]
         boxes[index].append(placed)
     return broken
 
@@ -79,10 +81,11 @@ def all_touch(candidates: Sequence[Candidate], bins: Sequence[BinModel], engine:
     The constraints for efficient packing, see :mod:`pack_planner.engine.contact`.
     """
     step = engine.profile.resolution_mm
-    for one in candidates:
-        source = bins[one.bin_index].source
-        others = [c.placed for c in candidates if c is not one and c.bin_index == one.bin_index]
+    for candidate in candidates:
+        j = candidate.bin_index
+        source = bins[j].source
+        others = [c.placed for c in candidates if c is not candidate and c.bin_index == j]
         around = (*source.boxes, *others)
-        if not all(touches(one.placed, around, source.spec.size_mm, step)):
+        if not all(touches(candidate.placed, around, source.spec.size_mm, step)):
             return False
     return True

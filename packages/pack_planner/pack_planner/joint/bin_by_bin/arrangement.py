@@ -6,7 +6,7 @@ another, two faces lie in one plane. Every relation is a difference of two coord
 follow from each other as lengths of longest paths, and what a box costs at least is the least over
 the places in its ranges where its base can be held up. The bound of a node is the sum of that, and
 what boxes must pay to stay clear of each other, with all that rests wholly on them: over the best
-set of pairs and triples that share no box, or over who goes behind whom (:mod:`.behind`).
+set of pairs and triples that share no box, or over who goes behind whom (:mod:`.who_goes_behind`).
 
 Branching, on what is wrong when every box is at its cheapest place:
 
@@ -29,7 +29,6 @@ x and y are grid cells, heights are millimetres.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from pack_planner.joint.bin_by_bin.branching import (
     EPS,
@@ -44,17 +43,17 @@ from pack_planner.joint.bin_by_bin.branching import (
     loose,
     part,
 )
-from pack_planner.joint.bin_by_bin.compiled import compiled
 from pack_planner.joint.bin_by_bin.disjoint_pairs import matched_wholes
 from pack_planner.joint.bin_by_bin.held_places import farthest, scan, stays
 from pack_planner.joint.bin_by_bin.pair_costs import meet, sides
-from pack_planner.joint.bin_by_bin.who_goes_behind import least_behind, room_for
+from pack_planner.joint.bin_by_bin.who_goes_behind import least_behind
+from pack_planner.joint.compiled import uncounted
 
 #: Why the search returns.
 DONE, PAUSED, SOLUTION, FULL = 0, 1, 2, 3
 
 
-@compiled
+@uncounted
 def _follow(lo, hi, apart, stale):  # type: ignore[no-untyped-def]
     """Narrow ranges by the relations, and mark them as ``stale``; False if one is empty."""
     count = len(lo)
@@ -80,23 +79,23 @@ def _follow(lo, hi, apart, stale):  # type: ignore[no-untyped-def]
     return False  # relations that chase each other
 
 
-@compiled
+@uncounted
 def _settle(problem, node, upper):  # type: ignore[no-untyped-def]
     """Narrow ranges of a node and find the cheapest place of each box; False if hopeless.
 
     Boxes keep the places that stay possible: ranges only become narrower.
     """
-    lo, hi, cost, place, stale = node[0], node[1], node[6], node[7], node[11]
-    flat, w1, doubtful = problem[4], problem[10], problem[15]
-    count, found = len(lo), node[13]
+    lo, hi, cost, place, stale = node.low, node.high, node.cost, node.place, node.stale
+    flat, w1, doubtful = problem.flat, problem.w1, problem.doubtful
+    count, spot = len(lo), node.spot
     narrowed = False
     for _ in range(40):
-        if not _follow(lo, hi, node[2], stale):
+        if not _follow(lo, hi, node.apart, stale):
             return False
-        some = narrowed
+        unsettled = narrowed
         for i in range(count):
-            some = some or stale[i]
-        if not some:
+            unsettled = unsettled or stale[i]
+        if not unsettled:
             break
         narrowed = False
         total = 0.0
@@ -108,10 +107,10 @@ def _settle(problem, node, upper):  # type: ignore[no-untyped-def]
             stale[i] = False
             cap = upper - EPS - (total - cost[i])
             if not stays(i, problem, node):
-                least = scan(i, problem, node, cap, found)
+                least = scan(i, problem, node, cap, spot)
                 if least >= HUGE:
                     return False
-                place[i, 0], place[i, 1], place[i, 2] = found[0], found[1], found[2]
+                place[i, 0], place[i, 1], place[i, 2] = spot[0], spot[1], spot[2]
                 if least > cost[i]:
                     total += least - cost[i]
                     cost[i] = least
@@ -125,75 +124,45 @@ def _settle(problem, node, upper):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True, nogil=True)
-def search(problem, nodes, counters, upper, budget, rejected):  # type: ignore[no-untyped-def]
+@uncounted
+def search(problem, room, counters, upper, budget, rejected, stop):  # type: ignore[no-untyped-def]
     """Search on until something happens.
 
     Parameters
     ----------
-    problem : see :func:`pack_planner.joint.bin_by_bin.group.problem_of`.
-    nodes : arrays of the nodes, see :func:`pack_planner.joint.bin_by_bin.group.empty_nodes`; the
-        open ones are a stack, the last row is the node that is looked at.
+    problem, room : see :mod:`.group_problem`; the open nodes are a stack.
     counters : [open nodes, nodes taken].
     upper : nothing that costs so much is wanted.
     budget : how many nodes to take at most.
     rejected : whether the solution last returned breaks a rule.
+    stop : once this is raised it pauses, see :mod:`pack_planner.joint.budget`.
 
     Returns
     -------
-    One of DONE, PAUSED, SOLUTION and FULL; a SOLUTION is in the last row.
+    One of DONE, PAUSED, SOLUTION and FULL; a SOLUTION is in ``room.node``.
     """
-    here, count = len(nodes[0]) - 1, len(problem[2])
-    node = (
-        nodes[0][here], nodes[1][here], nodes[2][here], nodes[3][here], nodes[4][here],
-        nodes[5][here], nodes[6][here], nodes[7][here], nodes[8][here], nodes[9][here],
-        nodes[10][here], nodes[11][here],
-        np.empty((count, 2), np.int64), np.empty(3, np.int64), np.empty(count),
-    )  # fmt: skip
-    costs, chosen, extra = np.empty((2, 2, 4)), np.empty((2, 2, 4)), np.empty((count, count))
-    return _search(
-        problem, node, nodes, counters, upper, budget, rejected, costs, chosen, extra,
-        np.empty(1 << count), room_for(count),
-    )  # fmt: skip
-
-
-@compiled
-def _search(  # type: ignore[no-untyped-def]
-    problem,
-    node,
-    nodes,
-    counters,
-    upper,
-    budget,
-    rejected,
-    costs,
-    chosen,
-    extra,
-    found,
-    room_behind,
-):
-    """The same with the node that is looked at, and room to work in."""
-    pays = room_behind[0]
-    sizes, contact, meets, wholly = problem[2], problem[13], problem[12], problem[14]
-    here, count = len(nodes[0]) - 1, len(sizes)
-    room = 12 * count + 24
+    nodes, node, extra, behind = room.stack, room.node, room.extra, room.behind
+    costs, chosen, pays = room.sides, room.parted, room.behind.pays
+    sizes, contact, meets, wholly = problem.sizes, problem.contact, problem.meets, problem.wholly
+    here, count = len(nodes.low) - 1, len(sizes)
+    children = 12 * count + 24
     if rejected:
         around(node, nodes, counters)
     while counters[0] > 0:
-        if counters[0] + room > here:
+        if counters[0] + children > here:
             return FULL
-        if budget <= 0:
+        if budget <= 0 or stop[0]:
             return PAUSED
         counters[0] -= 1
         top = counters[0]
-        if nodes[8][top, 0] >= upper - EPS:
+        if nodes.bound[top, 0] >= upper - EPS:
             continue
         counters[1] += 1
         budget -= 1
         copy(nodes, top, here)
         if not _settle(problem, node, upper):
             continue
-        cost, place = node[6], node[7]
+        cost, place = node.cost, node.place
         total = 0.0
         for i in range(count):
             total += cost[i]
@@ -205,9 +174,9 @@ def _search(  # type: ignore[no-untyped-def]
             if pairs > max(seen, 1):
                 seen = pairs
                 most = upper - total
-                hopeless = hopeless or least_behind(count, pairs, most, room_behind) >= most - EPS
+                hopeless = hopeless or least_behind(count, pairs, most, behind) >= most - EPS
             for k in range(i + 1, count):
-                if hopeless or not meets[i, k] or node[3][i, k] or not meet(i, k, place, sizes):
+                if hopeless or not meets[i, k] or node.clear[i, k] or not meet(i, k, place, sizes):
                     continue
                 pair = 0.0
                 for m in range(count):
@@ -238,15 +207,17 @@ def _search(  # type: ignore[no-untyped-def]
         if hopeless:
             continue
         if one >= 0:
-            node[8][0] = max(node[8][0], total + matched_wholes(count, extra, wholly, found))
-            if node[8][0] < upper - EPS:
+            node.bound[0] = max(
+                node.bound[0], total + matched_wholes(count, extra, wholly, room.matched)
+            )
+            if node.bound[0] < upper - EPS:
                 most = upper - total
-                most = least_behind(count, pairs, most, room_behind)
-                node[8][0] = max(node[8][0], total + most)
-            if node[8][0] < upper - EPS:
+                most = least_behind(count, pairs, most, behind)
+                node.bound[0] = max(node.bound[0], total + most)
+            if node.bound[0] < upper - EPS:
                 part(one, two, chosen, total - own, problem, node, nodes, counters, upper)
             continue
-        node[8][0] = max(node[8][0], total)
+        node.bound[0] = max(node.bound[0], total)
         if broken(node, nodes, counters):
             continue
         i, corner = hanging(problem, node)

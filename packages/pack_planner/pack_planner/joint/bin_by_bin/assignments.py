@@ -7,47 +7,50 @@ bounds an assignment of options to all boxes.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
-from numba import njit
+from numpy.typing import NDArray
 
 from pack_planner.joint.bin_by_bin.branching import EPS
 from pack_planner.joint.bin_by_bin.disjoint_pairs import matched
-from pack_planner.joint.bin_by_bin.who_goes_behind import least_behind, room_for
+from pack_planner.joint.bin_by_bin.who_goes_behind import least_behind
+from pack_planner.joint.compiled import compiled, entry
 
 #: Options that are looked at in the time in which one is looked at more closely.
 _DEAR = 16
 
 
-@njit(cache=True, nogil=True)
-def _match_with(o, depth, pick, extra, pays, found):  # type: ignore[no-untyped-def]
+@compiled
+def _match_with(o, depth, pick, extra, pays, matches):  # type: ignore[no-untyped-def]
     """What the boxes up to ``depth`` must pay with option ``o`` for this one.
 
-    ``found`` becomes :func:`.matching.matched` of every set of boxes that has this one.
+    ``matches`` becomes :func:`.disjoint_pairs.matched` of every set of boxes that has this one.
     """
     for i in range(depth):
         pays[i, depth] = pays[depth, i] = extra[pick[i], o]
     last = 1 << depth
     for rest in range(last):
-        best = found[rest]
+        best = matches[rest]
         for i in range(depth):
             if rest >> i & 1:
                 others = rest & ~(1 << i)
-                best = max(best, pays[i, depth] + found[others])
+                best = max(best, pays[i, depth] + matches[others])
                 for k in range(i + 1, depth):
                     if others >> k & 1:
                         three = pays[i, depth] + pays[k, depth] + pays[i, k]
-                        best = max(best, 0.5 * three + found[others & ~(1 << k)])
-        found[last | rest] = best
-    return found[(last << 1) - 1]
+                        best = max(best, 0.5 * three + matches[others & ~(1 << k)])
+        matches[last | rest] = best
+    return matches[(last << 1) - 1]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _behind(pick, behind, most, room):  # type: ignore[no-untyped-def]
-    """What those picked must pay at least, ``most`` if not less, see :func:`.behind.least_behind`.
+    """What those picked must pay at least, see :func:`.who_goes_behind.least_behind`.
 
-    ``room`` is from :func:`.behind.room_for`.
+    See :class:`.who_goes_behind.BehindRoom` for ``room``.
     """
-    pays, count, pairs = room[0], len(pick), 0
+    pays, count, pairs = room.pays, len(pick), 0
     for i in range(count):
         for k in range(i):
             one, other = behind[pick[i], pick[k]], behind[pick[k], pick[i]]
@@ -58,8 +61,8 @@ def _behind(pick, behind, most, room):  # type: ignore[no-untyped-def]
     return least_behind(count, pairs, most, room)
 
 
-@njit(cache=True, nogil=True)
-def _holders(starts, costs, leans, holds, needed):  # type: ignore[no-untyped-def]
+@entry
+def holders(starts, costs, leans, holds, needed, stop):  # type: ignore[no-untyped-def]
     """What boxes from number i on pay at least, beyond their own least, to hold up an option.
 
     Returns
@@ -68,41 +71,55 @@ def _holders(starts, costs, leans, holds, needed):  # type: ignore[no-untyped-de
     where too few are left.
     """
     count = len(starts) - 1
-    found = np.zeros((count + 1, needed + 1, len(costs)))
+    pays_later = np.zeros((count + 1, needed + 1, len(costs)))
     for o in range(len(costs)):
+        if stop[0]:
+            break
         if not leans[o]:
             continue
-        found[count, 1:, o] = np.inf
+        pays_later[count, 1:, o] = np.inf
         for i in range(count - 1, -1, -1):
-            found[i, 1:, o] = found[i + 1, 1:, o]
+            pays_later[i, 1:, o] = pays_later[i + 1, 1:, o]
             most = 0
             for h in range(starts[i], starts[i + 1]):
                 if holds[o, h] <= most:
                     continue
                 most = holds[o, h]
                 for lack in range(1, needed + 1):
-                    pays = costs[h] - costs[starts[i]] + found[i + 1, max(lack - most, 0), o]
-                    found[i, lack, o] = min(found[i, lack, o], pays)
+                    pays = costs[h] - costs[starts[i]] + pays_later[i + 1, max(lack - most, 0), o]
+                    pays_later[i, lack, o] = min(pays_later[i, lack, o], pays)
                 if most >= needed:
                     break
-    return found
+    return pays_later
 
 
-@njit(cache=True, nogil=True)
-def _supports(starts, leans, holds):  # type: ignore[no-untyped-def]
-    """Which options of the last box hold up each option that needs one: rows, where they start."""
+class Later(NamedTuple):
+    """What boxes still to come can do for options that lean.
+
+    Attributes
+    ----------
+    pays : from :func:`holders`.
+    holders : options of the last box that hold up each option that leans, one after another.
+    begin : where those of each option begin.
+    """
+
+    pays: NDArray[np.float64]
+    holders: NDArray[np.int64]
+    begin: NDArray[np.int64]
+
+
+def later(
+    starts: NDArray[np.int64], costs: NDArray[np.float64], leans: NDArray[np.bool_],
+    holds: NDArray[np.int8], needed: int, stop: NDArray[np.bool_],
+) -> Later:  # fmt: skip
+    """See :class:`Later` and, for the arguments, :func:`assignments`."""
     first, last = starts[-2], starts[-1]
-    at = np.zeros(first + 1, np.int64)
-    for o in range(first):
-        at[o + 1] = at[o] + ((holds[o, first:last] > 0).sum() if leans[o] else 0)
-    found = np.empty(at[first], np.int64)
-    for o in range(first):
-        if leans[o]:
-            found[at[o] : at[o + 1]] = first + np.flatnonzero(holds[o, first:last])
-    return found, at
+    held, by = np.nonzero(holds[:first, first:last] * leans[:first, None])
+    begin = np.searchsorted(held, np.arange(first + 1)).astype(np.int64)
+    return Later(holders(starts, costs, leans, holds, needed, stop), first + by, begin)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _lack(o, pick, holds, needed):  # type: ignore[no-untyped-def]
     """How many corners of an option that leans are on nothing picked."""
     for h in pick:
@@ -110,7 +127,7 @@ def _lack(o, pick, holds, needed):  # type: ignore[no-untyped-def]
     return max(needed, 0)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _in_the_air(pick, leans, holds, needed):  # type: ignore[no-untyped-def]
     """A pick that needs others under it and has not enough, -1 for none."""
     for o in pick:
@@ -119,9 +136,9 @@ def _in_the_air(pick, leans, holds, needed):  # type: ignore[no-untyped-def]
     return -1
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _end_with(  # type: ignore[no-untyped-def]
-    some,
+    holders_of_it,
     room,
     pick,
     costs,
@@ -135,15 +152,15 @@ def _end_with(  # type: ignore[no-untyped-def]
     pays,
     matches,
     room_behind,
-    found,
+    listed,
 ):
-    """Write down the picks with each of ``some`` options for the last box; how many there are.
+    """Write down the picks with each of ``holders_of_it`` for the last box; how many there are.
 
     Of these it is not said whether they are held, nor what they must pay; ``room`` is what they
     may cost, see :func:`assignments` for the rest.
     """
     last, count = len(pick) - 1, 0
-    for o in some:
+    for o in holders_of_it:
         if costs[o] + matches[(1 << last) - 1] >= room:
             break
         pick[last] = o
@@ -155,18 +172,18 @@ def _end_with(  # type: ignore[no-untyped-def]
             continue
         left = room - costs[o]
         if _behind(pick, behind, left, room_behind) < left:
-            found[count] = pick
+            listed[count] = pick
             count += 1
     return count
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _look(first, last, pick, extra, matches, holds, held, needed, later, lack, pay, need):  # type: ignore[no-untyped-def]
     """What the options from ``first`` to ``last`` add to those picked for other boxes.
 
     Row by row, for the compiler to make vectors of: this is where the time goes. ``pay`` becomes
     what disjoint pairs pay at least, ``need`` what boxes still to come (``later``, see
-    :func:`_holders`) pay to hold up one that too little holds then.
+    :func:`holders`) pay to hold up one that too little holds then.
     """
     count, picked = last - first, len(pick)
     everyone = (1 << picked) - 1
@@ -196,10 +213,11 @@ def _look(first, last, pick, extra, matches, holds, held, needed, later, lack, p
                 need[o] = need[o] if need[o] > least else least
 
 
-@njit(cache=True, nogil=True)
+@entry
 def assignments(  # type: ignore[no-untyped-def]
-    starts, costs, extra, behind, rank, twin, leans, holds, held, needed, upper, most, visits
-):
+    starts, costs, extra, behind, rank, twin, leans, holds, held, needed, later, room_behind,
+    upper, most, visits, stop,
+):  # fmt: skip
     """All ways to give each box an option that may cost less than ``upper`` together.
 
     Parameters
@@ -212,37 +230,40 @@ def assignments(  # type: ignore[no-untyped-def]
     leans, holds, held : whether an option needs others under it, and how many of its corners each
         may hold, 0, 1, 2 or all, [upper, lower] and [lower, upper].
     needed : how many corners must be held.
+    later : see :class:`Later`.
+    room_behind : see :class:`.who_goes_behind.BehindRoom`.
+    upper : what they may cost.
     most : how many at most.
     visits : how many options to look at, at most; a closer look counts as :data:`_DEAR`.
+    stop : see :mod:`.budget`.
 
     Returns
     -------
     picks : options, (found, boxes); one more than ``most`` rows if there are more, or if there are
-        too many options to look at.
+        too many options to look at, or no time.
     """
     count = len(starts) - 1
     rest = np.zeros(count + 1)
     for i in range(count - 1, -1, -1):
         rest[i] = rest[i + 1] + costs[starts[i]]
-    holders = _holders(starts, costs, leans, holds, needed)
-    supports, begin = _supports(starts, leans, holds)
     picks = np.empty((64, count), np.int64)
     pick, at, end = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count, np.int64)
     pays, matches = np.zeros((count, count)), np.zeros(1 << count)
     widest = np.diff(starts).max()
     pay, need = np.zeros((count, widest)), np.zeros((count, widest))
     lack = np.zeros(widest, np.int8)
-    room_behind = room_for(count)
     spent = np.zeros(count + 1)
     found, depth, new = 0, 0, True
     while depth >= 0:
+        if stop[0]:
+            return np.empty((most + 1, count), np.int64)
         first, room = starts[depth], upper - EPS - spent[depth] - rest[depth + 1]
         alone = -1
         if new and depth == count - 1:
             alone = _in_the_air(pick[:depth], leans, holds, needed)
         if alone >= 0:
             # only what holds this one up may be the last, and that is little
-            some = supports[begin[alone] : begin[alone + 1]]
+            some = later.holders[later.begin[alone] : later.begin[alone + 1]]
             visits -= _DEAR * len(some)
             while found + len(some) > len(picks):
                 picks = np.concatenate((picks, np.empty_like(picks)))
@@ -262,7 +283,7 @@ def assignments(  # type: ignore[no-untyped-def]
                 return np.empty((most + 1, count), np.int64)
             _look(
                 first, end[depth], pick[:depth], extra, matches, holds, held, needed,
-                holders[depth + 1], lack, pay[depth], need[depth],
+                later.pays[depth + 1], lack, pay[depth], need[depth],
             )  # fmt: skip
             new = False
         o = at[depth]
@@ -297,17 +318,22 @@ def assignments(  # type: ignore[no-untyped-def]
     return picks[:found]
 
 
-@njit(cache=True, nogil=True)
-def group_bounds(groups, costs, extra, behind):  # type: ignore[no-untyped-def]
-    """The least that each group costs; rows of ``groups`` are options, -1 for none."""
-    found = np.zeros(len(groups))
-    pick, room_behind = np.zeros(groups.shape[1], np.int64), room_for(groups.shape[1])
+@entry
+def group_bounds(groups, costs, extra, behind, room_behind, stop):  # type: ignore[no-untyped-def]
+    """The least that each group costs; rows of ``groups`` are options, -1 for none.
+
+    0 for those that are not reached before ``stop`` is raised.
+    """
+    sums = np.zeros(len(groups))
+    pick = np.zeros(groups.shape[1], np.int64)
     pays = np.zeros((groups.shape[1], groups.shape[1]))
     for g in range(len(groups)):
+        if stop[0]:
+            break
         size = 0
         for i in range(groups.shape[1]):
             if groups[g, i] >= 0:
-                found[g] += costs[groups[g, i]]
+                sums[g] += costs[groups[g, i]]
                 pick[size] = groups[g, i]
                 size += 1
                 other = 0
@@ -318,11 +344,11 @@ def group_bounds(groups, costs, extra, behind):  # type: ignore[no-untyped-def]
                         ]
                         other += 1
         in_front = _behind(pick[:size], behind, np.inf, room_behind)
-        found[g] += max(matched(size, pays), in_front)
-    return found
+        sums[g] += max(matched(size, pays), in_front)
+    return sums
 
 
-@njit(cache=True, nogil=True)
+@entry
 def next_open(parts, bounds, first, upper):  # type: ignore[no-untyped-def]
     """The first assignment from ``first`` on whose groups cost less than ``upper``; -1 for none."""
     for a in range(first, len(parts)):
@@ -334,7 +360,7 @@ def next_open(parts, bounds, first, upper):  # type: ignore[no-untyped-def]
     return -1
 
 
-@njit(cache=True, nogil=True)
+@entry
 def least_open(parts, bounds):  # type: ignore[no-untyped-def]
     """The least that any assignment costs."""
     best = np.inf

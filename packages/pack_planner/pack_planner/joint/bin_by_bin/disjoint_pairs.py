@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-from pack_planner.joint.bin_by_bin.compiled import compiled
+from pack_planner.joint.compiled import compiled, uncounted
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def matched(count, extra):  # type: ignore[no-untyped-def]
     """The most that disjoint pairs and triples of ``count`` boxes must pay, by ``extra`` of pairs.
 
@@ -17,19 +16,19 @@ def matched(count, extra):  # type: ignore[no-untyped-def]
     return matched_wholes(count, extra, 1 << np.arange(count), np.empty(1 << count))
 
 
-@compiled
-def matched_wholes(count, extra, whole, found):  # type: ignore[no-untyped-def]
+@uncounted
+def matched_wholes(count, extra, whole, matches):  # type: ignore[no-untyped-def]
     """The same where ``extra`` of a pair is paid by two sets of boxes, ``whole`` of each as bits.
 
-    Pairs and triples then share no box of these sets. ``found`` is room for a number for each set
+    Pairs and triples then share no box of these sets. ``matches`` is room for a number for each set
     of boxes.
     """
-    found[0] = 0.0
+    matches[0] = 0.0
     for mask in range(1, 1 << count):
         best = 0.0
         for i in range(count):
             if mask >> i & 1:
-                best = max(best, found[mask & ~(1 << i)])
+                best = max(best, matches[mask & ~(1 << i)])
         for i in range(count):
             if whole[i] & ~mask:
                 continue
@@ -38,10 +37,10 @@ def matched_wholes(count, extra, whole, found):  # type: ignore[no-untyped-def]
                 if whole[k] & ~rest or extra[i, k] <= 0.0:
                     continue
                 left = rest & ~whole[k]
-                best = max(best, extra[i, k] + found[left])
+                best = max(best, extra[i, k] + matches[left])
                 for j in range(k + 1, count):
                     if whole[j] & ~left == 0:
                         three = extra[i, k] + extra[i, j] + extra[k, j]
-                        best = max(best, 0.5 * three + found[left & ~whole[j]])
-        found[mask] = best
-    return found[(1 << count) - 1]
+                        best = max(best, 0.5 * three + matches[left & ~whole[j]])
+        matches[mask] = best
+    return matches[(1 << count) - 1]

@@ -3,47 +3,52 @@
 Boxes get their options (:mod:`.options`) one by one. What too few others are left to hold up goes
 first, and then its holders: a large box that lies on small ones of the look-ahead is what does not
 fit, if anything. The boxes of each bin that have an option are arranged at once
-(:mod:`.relations`), with the corners given that other boxes may still hold, so that most ways end
+(:mod:`.arrangement`), with the corners given that other boxes may still hold, so that most ways end
 after two or three boxes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from pack_planner.joint.bin_by_bin.compiled import compiled
-from pack_planner.joint.bin_by_bin.group import Group, Ints, Nodes
+from pack_planner.joint.bin_by_bin.group_problem import Flags, Ints, SearchRoom
 from pack_planner.joint.bin_by_bin.listing import Listing
-from pack_planner.joint.bin_by_bin.options import Flags
+from pack_planner.joint.bin_by_bin.options import Corners
+from pack_planner.joint.budget import Budget
+from pack_planner.joint.compiled import entry, uncounted
 
 
-@njit(cache=True, nogil=True)
-def _holders(leans, holds):  # type: ignore[no-untyped-def]
-    """The options that may hold up each option that leans, how much of it, where they start."""
-    count = len(leans)
-    at = np.zeros(count + 1, np.int64)
-    for o in range(count):
-        at[o + 1] = at[o] + ((holds[o] > 0).sum() if leans[o] else 0)
-    found, corners = np.empty(at[count], np.int64), np.empty(at[count], np.int64)
-    for o in range(count):
-        if leans[o]:
-            under = np.flatnonzero(holds[o])
-            found[at[o] : at[o + 1]], corners[at[o] : at[o + 1]] = under, holds[o][under]
-    return found, corners, at
+class Holders(NamedTuple):
+    """What may hold up options that lean.
+
+    Attributes
+    ----------
+    option, corners : the options under each one, one after another, and how much of it they hold.
+    begin : where those of each option begin.
+    """
+
+    option: Ints
+    corners: Corners
+    begin: Ints
 
 
-@compiled
+def _holders(leans: Flags, holds: Corners) -> Holders:
+    upper, lower = np.nonzero(holds * leans[:, None])
+    begin = np.searchsorted(upper, np.arange(len(leans) + 1)).astype(np.int64)
+    return Holders(np.ascontiguousarray(lower), holds[upper, lower], begin)
+
+
+@uncounted
 def _held(o, left, enough, box, holders, most):  # type: ignore[no-untyped-def]
     """How many corners of option ``o`` what is left may hold, or ``enough``; by box in ``most``."""
-    found, corners, begin = holders
-    total = 0
+    corners, total = holders.corners, 0
     for k in range(len(most)):
         most[k] = 0
-    for at in range(begin[o], begin[o + 1]):
-        h = found[at]
+    for at in range(holders.begin[o], holders.begin[o + 1]):
+        h = holders.option[at]
         if left[h] and corners[at] > most[box[h]]:
             total += corners[at] - most[box[h]]
             most[box[h]] = corners[at]
@@ -52,7 +57,7 @@ def _held(o, left, enough, box, holders, most):  # type: ignore[no-untyped-def]
     return total
 
 
-@compiled
+@uncounted
 def _apart(o, p, extents, spans):  # type: ignore[no-untyped-def]
     """Whether two options may stand clear of each other."""
     if spans[o, 0] != spans[p, 0] or spans[o, 1] >= spans[p, 2] or spans[p, 1] >= spans[o, 2]:
@@ -66,10 +71,11 @@ def _apart(o, p, extents, spans):  # type: ignore[no-untyped-def]
     return False
 
 
-@compiled
+@entry
 def _narrow(  # type: ignore[no-untyped-def]
-    pick, new, left, most, starts, box, extents, spans, rank, twin, leans, needed, holders
-):
+    pick, new, left, most, starts, box, extents, spans, rank, twin, leans, needed, holders,
+    stop,
+):  # fmt: skip
     """Strike off options that have become impossible; False if a box has none left.
 
     Parameters
@@ -79,6 +85,7 @@ def _narrow(  # type: ignore[no-untyped-def]
     left : whether each option is left; of a box that has one only that.
     most : room for a number for each box.
     extents, spans : see :meth:`.listing.Listing.extents`; bin, base and top of each option.
+    stop : what it says once this is raised is not to be used, see :mod:`.budget`.
     """
     if new >= 0:
         for o in range(len(left)):
@@ -92,6 +99,8 @@ def _narrow(  # type: ignore[no-untyped-def]
     while again:
         again = False
         for o in range(len(left)):
+            if stop[0]:
+                return False
             few = left[o] and leans[o]
             if few and _held(o, left, needed, box, holders, most) < needed:
                 left[o] = False
@@ -105,16 +114,16 @@ def _narrow(  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True, nogil=True)
+@entry
 def _elsewhere(pick, left, box, leans, holders):  # type: ignore[no-untyped-def]
     """How many corners of each box that has an option those may hold that have none yet."""
-    found, most = np.zeros(len(pick), np.int64), np.zeros(len(pick), np.int64)
+    given, most = np.zeros(len(pick), np.int64), np.zeros(len(pick), np.int64)
     for i in range(len(pick)):
         if pick[i] >= 0 and leans[pick[i]]:
             _held(pick[i], left, 4 * len(pick), box, holders, most)
             for k in range(len(pick)):
-                found[i] += most[k] if pick[k] < 0 else 0
-    return found
+                given[i] += most[k] if pick[k] < 0 else 0
+    return given
 
 
 class Fitting:
@@ -122,11 +131,11 @@ class Fitting:
 
     def __init__(
         self, listing: Listing, twins: Ints, arrange: Callable[[Ints], bool],
-        room: Callable[[int], Nodes], out_of_time: Callable[[], bool],
+        room: Callable[[int], SearchRoom], budget: Budget,
     ) -> None:  # fmt: skip
         """``arrange`` is given an option for each box and says whether that is a solution."""
         self._listing, self._arrange, self._room = listing, arrange, room
-        self._out_of_time = out_of_time
+        self._budget = budget
         self._box: Ints = np.repeat(np.arange(len(twins)), np.diff(listing.starts))
         spans = np.column_stack([listing.bin_of, listing.base, listing.top])
         self._rules = (
@@ -135,8 +144,6 @@ class Fitting:
         )  # fmt: skip
         self._most = np.zeros(len(twins), np.int64)
         self._possible: dict[tuple[bytes, bytes], bool] = {}
-        #: Nodes taken.
-        self.nodes = 0
 
     def run(self) -> None:
         """Search until ``arrange`` says yes, or it is sure that it never will, or time is out."""
@@ -145,10 +152,13 @@ class Fitting:
 
     def _search(self, pick: Ints, new: int, left: Flags) -> bool:
         """Give the other boxes options too; True once that is done, or time is out."""
-        self.nodes += 1
-        if self._out_of_time():
+        self._budget.take(1)
+        if self._budget.is_out():
             return True
-        if not _narrow(pick, new, left, self._most, *self._rules):
+        possible = _narrow(pick, new, left, self._most, *self._rules, self._budget.stop)
+        if self._budget.is_out():
+            return True
+        if not possible:
             return False
         others = np.flatnonzero(pick < 0)
         if len(others) == 0:
@@ -168,10 +178,10 @@ class Fitting:
             left &= ~(under & (self._box == i))
         return False
 
-    def _give(self, i: int, some: Flags, pick: Ints, left: Flags) -> bool:
-        """Try ``some`` of the options of box ``i``; see :meth:`_search`."""
+    def _give(self, i: int, choice: Flags, pick: Ints, left: Flags) -> bool:
+        """Try ``choice`` of the options of box ``i``; see :meth:`_search`."""
         own = slice(self._listing.starts[i], self._listing.starts[i + 1])
-        for o in np.flatnonzero(some[own]) + own.start:
+        for o in np.flatnonzero(choice[own]) + own.start:
             more, rest = pick.copy(), left.copy()
             more[i], rest[own] = o, False
             rest[o] = True
@@ -180,8 +190,8 @@ class Fitting:
         return False
 
     def _counts(self, left: Flags) -> Ints:
-        found: Ints = np.add.reduceat(left, self._listing.starts[:-1], dtype=np.int64)
-        return found
+        counts: Ints = np.add.reduceat(left, self._listing.starts[:-1], dtype=np.int64)
+        return counts
 
     def _to_hold_up(self, pick: Ints, left: Flags) -> tuple[int, bool]:
         """An option picked that others may hold up too, and whether it lacks one; -1 for none.
@@ -190,13 +200,13 @@ class Fitting:
         """
         listing, picked = self._listing, pick[pick >= 0]
         open_to = left & (pick < 0)[self._box]
-        found, order = (-1, False), (2, 0)
+        chosen, order = (-1, False), (2, 0)
         for o in picked[listing.leans[picked]].tolist():
             lacks = bool(listing.holds[o, picked].sum() < listing.needed)
-            some = int((listing.holds[o] > 0)[open_to].sum())
-            if some and (not lacks, some) < order:
-                found, order = (o, lacks), (not lacks, some)
-        return found
+            holders = int((listing.holds[o] > 0)[open_to].sum())
+            if holders and (not lacks, holders) < order:
+                chosen, order = (o, lacks), (not lacks, holders)
+        return chosen
 
     def _fits(self, pick: Ints, left: Flags) -> bool:
         """Whether what is picked for each bin may have a place; others may hold it up."""
@@ -210,8 +220,8 @@ class Fitting:
                 continue  # an option has a place
             key = (own.tobytes(), given.tobytes())
             if key not in self._possible:
-                group = Group(*listing.problem_of(own, given), 0.0)
-                self._possible[key] = group.possible(self._room(len(own)), self._out_of_time)
+                group = listing.group(own, 0.0, given)
+                self._possible[key] = group.possible(self._budget, self._room(len(own)))
             if not self._possible[key]:
                 return False
         return True

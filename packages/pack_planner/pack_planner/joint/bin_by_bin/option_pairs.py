@@ -3,49 +3,27 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+from numpy.typing import NDArray
 
+from pack_planner.joint.bin_by_bin.group_problem import Cells, Flags, Floats, Ints
 from pack_planner.joint.bin_by_bin.places import FAR
 from pack_planner.joint.bounds import NEVER
+from pack_planner.joint.compiled import compiled, entry
 
 
-@njit(cache=True, nogil=True)
-def suffix_least(profile):  # type: ignore[no-untyped-def]
+def suffix_least(profile: Cells) -> NDArray[np.int32]:
     """The least of a + profile[a] from each cell a on, per row; one more column, ``NEVER``."""
-    found = np.full((profile.shape[0], profile.shape[1] + 1), NEVER)
-    for r in range(len(profile)):
-        for a in range(profile.shape[1] - 1, -1, -1):
-            found[r, a] = found[r, a + 1]
-            if profile[r, a] < FAR:
-                found[r, a] = min(found[r, a], a + profile[r, a])
-    return found
+    cells = np.arange(profile.shape[1], dtype=np.int32)
+    places = np.where(profile < FAR, cells + profile, np.int32(NEVER))
+    least = np.full((len(profile), profile.shape[1] + 1), NEVER, np.int32)
+    least[:, :-1] = np.minimum.accumulate(places[:, ::-1], axis=1)[:, ::-1]
+    return least
 
 
-@njit(cache=True, nogil=True)
-def _first(profile):  # type: ignore[no-untyped-def]
-    """The first cell with a place, per row."""
-    found = np.zeros(len(profile), np.int64)
-    for r in range(len(profile)):
-        while profile[r, found[r]] >= FAR:
-            found[r] += 1
-    return found
-
-
-@njit(cache=True, nogil=True)
-def _beside(first, after, wide, best):  # type: ignore[no-untyped-def]
-    """The least x + y of two rows in sum, less than ``best``, the second ``wide`` cells on."""
-    for a in range(len(first)):
-        if a >= best:
-            break
-        if first[a] < FAR and a + wide < len(after):
-            best = min(best, a + first[a] + after[a + wide])
-    return best
-
-
-@njit(cache=True, nogil=True)
-def pair_costs(  # type: ignore[no-untyped-def]
-    rows, by_x, by_y, sizes, span, box, cost, flat, w1, limits, at, found, behind
-):
+def pair_costs(
+    rows: Ints, by_x: Cells, by_y: Cells, sizes: Ints, span: Ints, box: Ints, cost: Floats,
+    flat: Floats, w1: float, limits: Floats, at: Ints, found: Floats, behind: Floats, stop: Flags,
+) -> None:  # fmt: skip
     """What two options in one bin must pay on top of their least costs.
 
     Parameters
@@ -59,11 +37,44 @@ def pair_costs(  # type: ignore[no-untyped-def]
     at : numbers of the options in what follows.
     found : becomes what both pay together.
     behind : becomes what the one pays when it goes behind the other, [behind, in front].
+    stop : what is not looked at once this is raised pays nothing, see :mod:`.budget`.
     """
+    # for rows that some option still has; row numbers are of these then
+    used, numbers = np.unique(rows, return_inverse=True)
+    profiles = by_x[used], by_y[used]
+    after = []
+    for profile in profiles:
+        if stop[0]:
+            return
+        after.append(suffix_least(profile))
+    first = (profiles[0] < FAR).argmax(axis=1), (profiles[1] < FAR).argmax(axis=1)
+    _pair_costs(
+        numbers.reshape(rows.shape), *profiles, *after, first, sizes[used], span, box, cost, flat,
+        w1, limits, at, found, behind, stop,
+    )  # fmt: skip
+
+
+@compiled
+def _beside(first, after, wide, best):  # type: ignore[no-untyped-def]
+    """The least x + y of two rows in sum, less than ``best``, the second ``wide`` cells on."""
+    for a in range(len(first)):
+        if a >= best:
+            break
+        if first[a] < FAR and a + wide < len(after):
+            best = min(best, a + first[a] + after[a + wide])
+    return best
+
+
+@entry
+def _pair_costs(  # type: ignore[no-untyped-def]
+    rows, by_x, by_y, after_x, after_y, first, sizes, span, box, cost, flat, w1, limits, at, found,
+    behind, stop,
+):  # fmt: skip
+    """See :func:`pair_costs`; ``first`` is the first cell of each row along x, and along y."""
     count = len(rows)
-    after_x, after_y = suffix_least(by_x), suffix_least(by_y)
-    first = _first(by_x), _first(by_y)
     for i in range(count):
+        if stop[0]:
+            return
         for k in range(i + 1, count):
             if box[i] == box[k]:
                 continue

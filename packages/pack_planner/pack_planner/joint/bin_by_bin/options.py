@@ -10,24 +10,24 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from pack_msgs_py.orientation import ORIENTATIONS
 from pack_msgs_py.values import Box
 from pack_planner.engine.engine import REFUSED_RADIUS_MM, Zone
-from pack_planner.joint.bin_by_bin.places import list_rows
-from pack_planner.joint.bounds import NEVER, Ground, landings
+from pack_planner.joint.bin_by_bin.group_problem import Flags, Ints, PlacedTops
+from pack_planner.joint.bin_by_bin.places import FAR, RefusalRange, list_rows
+from pack_planner.joint.bounds import CostWeights, SupportRule, landings
+from pack_planner.joint.compiled import compiled, entry
+from pack_planner.joint.reach import Ground
 
-Ints = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 Corners = NDArray[np.int8]
 #: Refused positions of a box in a bin.
 Zones = Sequence[Zone] | None
 
 
 @dataclass(frozen=True, eq=False)
-class Options:
+class BoxOptions:
     """Options of all boxes in one bin, in any order.
 
     Attributes
@@ -63,9 +63,9 @@ class BinPlaces:
     shapes : rows (box, orientation, wide, deep, height), cells and millimetres.
     land, low, weak : see :func:`.places.list_rows`.
     zones : refused positions as rows (shape, x, y, z), millimetres.
-    ground : (height map, (tolerance, corners needed)).
-    refusal : (radius of refusal, resolution), millimetres.
-    weights : w1 per cell, w2 per millimetre, value of the bin's index.
+    tops : what boxes may stand on.
+    refusal : how far around refused positions, and the resolution, millimetres.
+    weights : per cell of x and y, per millimetre of height, value of the bin's index.
     barred : of each box, whether positions of it were refused here.
     """
 
@@ -74,73 +74,78 @@ class BinPlaces:
     low: NDArray[np.int32]
     weak: NDArray[np.int32]
     zones: Ints
-    ground: tuple[NDArray[np.int32], tuple[int, int]]
-    refusal: tuple[float, int]
-    weights: tuple[float, float, float]
+    tops: PlacedTops
+    refusal: RefusalRange
+    weights: CostWeights
     barred: tuple[bool, ...]
 
 
 def bin_places(
     ground: Ground, low: NDArray[np.int32], weak: NDArray[np.int32], zones: Sequence[Zones],
-    rule: tuple[int, int, int],
+    rule: SupportRule, stop: Flags,
 ) -> BinPlaces:  # fmt: skip
-    """``zones``: of each box; ``rule``: resolution, support tolerance, corners needed."""
-    step = rule[0]
+    """``zones``: of each box; ``rule``: of the profile."""
+    step, weights = rule.step, ground.weights
     refused = [
         (s, *zone.corner_mm)
         for s, (box, number) in enumerate(ground.shapes[:, :2].tolist())
         for zone in zones[box] or ()
         if ORIENTATIONS.index(zone.orientation) == number
     ]
-    w1, w2, w3 = ground.weights
     return BinPlaces(
         ground.shapes // np.array([1, 1, step, step, 1]),
-        landings(ground.size, ground.height, step, ground.shapes), low, weak,
+        landings(ground.size, ground.height, step, ground.shapes, stop), low, weak,
         np.array(refused, np.int64).reshape(-1, 4),
-        (ground.height, rule[1:]), (float(REFUSED_RADIUS_MM), step), (w1 * step, w2, w3),
-        tuple(bool(one) for one in zones),
+        PlacedTops(ground.height, rule.tolerance, rule.needed),
+        RefusalRange(float(REFUSED_RADIUS_MM), step),
+        weights._replace(position=weights.position * step),
+        tuple(bool(refused_ones) for refused_ones in zones),
     )  # fmt: skip
 
 
 def list_options(
-    places: BinPlaces, limit: int, boxes: Sequence[Box], caps: NDArray[np.float64]
-) -> Options:
+    places: BinPlaces, limit: int, boxes: Sequence[Box], caps: NDArray[np.float64], stop: Flags
+) -> BoxOptions:
     """All options in one bin of height ``limit`` that may cost less than the caps of the boxes.
 
-    What leans on nothing that is an option itself is left out.
+    What leans on nothing that is an option itself is left out. Not complete when ``stop`` is
+    raised.
     """
     plain = [
         not any(box.com_offset_mm) and not barred
         for box, barred in zip(boxes, places.barred, strict=True)
     ]
     faces = _faces(places.shapes, plain)
-    tops = np.unique(places.ground[0])
+    tops = np.unique(places.tops.height)
     heights = [
         {int(dz) for which, _, _, _, dz in places.shapes.tolist() if which == i}
         for i in range(len(boxes))
     ]
     bases = np.stack([
-        _sums(tops, [one for k, one in enumerate(heights) if k != i], limit)
+        _sums(tops, [own for k, own in enumerate(heights) if k != i], limit)
         for i in range(len(boxes))
     ])  # fmt: skip
     levels = np.flatnonzero(bases.any(axis=0))
     row, by_x, by_y = list_rows(
-        faces, places.shapes, places.land, places.low, places.weak, places.ground, places.weights,
-        caps, levels, limit, np.ascontiguousarray(bases[:, levels]),
+        faces, places.shapes, places.land, places.low, places.weak, places.tops, places.weights,
+        caps, levels, limit, np.ascontiguousarray(bases[:, levels]), stop,
     )  # fmt: skip
+    if stop[0]:  # what follows takes its time too
+        row, by_x, by_y = row[:0], by_x[:0], by_y[:0]
     first = np.ones(len(row), np.bool_)
     first[1:] = (row[1:, :3] != row[:-1, :3]).any(axis=1)
     starts = np.flatnonzero(first)
     rows = np.stack([starts, np.append(starts, len(row))[1:] - 1], axis=1)
     shape = places.shapes[row[starts, 3]]
-    flat = places.weights[1] * (row[starts, 1] + shape[:, 4]) + places.weights[2]
-    nearest = (by_x + np.arange(by_x.shape[1])).min(axis=1, initial=NEVER)
+    flat = places.weights.height * (row[starts, 1] + shape[:, 4]) + places.weights.bin_index
+    nearest = (by_x + np.arange(by_x.shape[1], dtype=np.int16)).min(axis=1, initial=2 * FAR - 1)
     size = np.stack([shape[:, 2:4].min(axis=1), shape[:, 2:4].max(axis=1), shape[:, 4]], axis=1)
-    found = Options(
-        shape[:, 0], row[starts, 1], row[starts, 1] + shape[:, 4], row[starts, 2] == 1, size,
-        flat + places.weights[0] * nearest[rows].min(axis=1), flat, rows, row, by_x, by_y,
+    options = BoxOptions(
+        np.ascontiguousarray(shape[:, 0]), row[starts, 1], row[starts, 1] + shape[:, 4],
+        row[starts, 2] == 1, size,
+        flat + places.weights.position * nearest[rows].min(axis=1), flat, rows, row, by_x, by_y,
     )  # fmt: skip
-    return _with_holders(found, places.ground)
+    return _with_holders(options, places.tops, stop)
 
 
 def _faces(shapes: Ints, plain: Sequence[bool]) -> Ints:
@@ -160,80 +165,120 @@ def _faces(shapes: Ints, plain: Sequence[bool]) -> Ints:
 
 def _sums(tops: NDArray[np.int32], heights: Sequence[set[int]], limit: int) -> Flags:
     """Which bases one box, or several in a stack, on a placed top or the floor can give."""
-    found = np.zeros(limit + 1, np.bool_)
-    found[tops[tops <= limit]] = found[0] = True
+    possible = np.zeros(limit + 1, np.bool_)
+    possible[tops[tops <= limit]] = possible[0] = True
     for own in heights:
-        before = found.copy()
+        before = possible.copy()
         for dz in own:
             if dz <= limit:
-                found[dz:] |= before[: limit + 1 - dz]
-    return found
+                possible[dz:] |= before[: limit + 1 - dz]
+    return possible
 
 
-def level_with_placed(base: Ints, ground: tuple[NDArray[np.int32], tuple[int, int]]) -> Flags:
+def level_with_placed(base: Ints, tops: PlacedTops) -> Flags:
     """Whether a placed top is level with each base, within the tolerance."""
-    height, (tolerance, _) = ground
-    gap = base[:, None] - np.unique(height[height > 0])[None, :]
-    return np.asarray(((gap >= 0) & (gap <= tolerance)).any(axis=1))
+    bases, number = np.unique(base, return_inverse=True)
+    gap = bases[:, None] - np.unique(tops.height[tops.height > 0])[None, :]
+    level = np.asarray(((gap >= 0) & (gap <= tops.tolerance)).any(axis=1))
+    return level[number.ravel()]
 
 
-def corners_needed(ground: tuple[NDArray[np.int32], tuple[int, int]]) -> int:
+def corners_needed(tops: PlacedTops) -> int:
     """How many corners of a box that leans must be held; one where the rules ask for none."""
-    return max(ground[1][1], 1)
+    return max(tops.needed, 1)
 
 
-def holding(options: Options, ground: tuple[NDArray[np.int32], tuple[int, int]]) -> Corners:
+def holding(options: BoxOptions, tops: PlacedTops, stop: Flags) -> Corners:
     """How many corners of one option another one under it may hold at most, [upper, lower].
 
     All that are needed where a placed top is level with the base, since that may hold the others.
     """
-    found: Corners = _corners(
+    corners: Corners = _corners(
         options.box, options.base, options.top, options.leans,
-        level_with_placed(options.base, ground), options.size, ground[1][0], corners_needed(ground),
+        level_with_placed(options.base, tops), options.size, tops.tolerance,
+        corners_needed(tops), stop,
     )  # fmt: skip
-    return found
+    return corners
 
 
-@njit(cache=True, nogil=True)
-def _corners(box, base, top, leans, level, size, tolerance, needed):  # type: ignore[no-untyped-def]
-    """See :func:`holding`; a base with two corners on a box has an edge that is no longer."""
+@compiled
+def _corners_on(o, h, size):  # type: ignore[no-untyped-def]
+    """How many corners of a base one box can hold; two need an edge that is no longer than its."""
+    if size[o, 0] <= size[h, 0] and size[o, 1] <= size[h, 1]:
+        return 4
+    return 2 if size[o, 0] <= size[h, 1] else 1
+
+
+@entry
+def _corners(box, base, top, leans, level, size, tolerance, needed, stop):  # type: ignore[no-untyped-def]
+    """See :func:`holding`."""
     count = len(box)
-    found = np.zeros((count, count), np.int8)
+    corners = np.zeros((count, count), np.int8)
     for o in range(count):
+        if stop[0]:
+            break
         if not leans[o]:
             continue
         for h in range(count):
-            if box[h] == box[o] or not 0 <= base[o] - top[h] <= tolerance:
-                continue
-            most = 1
-            if size[o, 0] <= size[h, 0] and size[o, 1] <= size[h, 1]:
-                most = 4
-            elif size[o, 0] <= size[h, 1]:
-                most = 2
-            found[o, h] = max(most, needed) if level[o] else most
-    return found
+            if box[h] != box[o] and 0 <= base[o] - top[h] <= tolerance:
+                most = _corners_on(o, h, size)
+                corners[o, h] = max(most, needed) if level[o] else most
+    return corners
 
 
-def _with_holders(options: Options, ground: tuple[NDArray[np.int32], tuple[int, int]]) -> Options:
+@entry
+def _held_up(  # type: ignore[no-untyped-def]
+    box, base, leans, level, size, by_top, tops, tolerance, needed, left, stop
+):
+    """Strike off, in ``left``, options that lean on too little of what is left; whether any was.
+
+    As :func:`holding` counts, without its table of all pairs: of long lists few options last.
+    ``by_top`` are the options in the order of their ``tops``.
+    """
+    most = np.zeros(box.max() + 1, np.int64)
+    struck = False
+    for o in range(len(box)):
+        if stop[0]:
+            break
+        if not left[o] or not leans[o]:
+            continue
+        most[:] = 0
+        first = np.searchsorted(tops, base[o] - tolerance)
+        total = 0
+        for at in range(first, len(tops)):
+            h = by_top[at]
+            if tops[at] > base[o] or total >= needed:
+                break
+            if left[h] and box[h] != box[o]:
+                corners = _corners_on(o, h, size)
+                if level[o]:
+                    corners = max(corners, needed)
+                total += max(corners - most[box[h]], 0)
+                most[box[h]] = max(corners, most[box[h]])
+        if total < needed:
+            left[o] = False
+            struck = True
+    return struck
+
+
+def _with_holders(options: BoxOptions, tops: PlacedTops, stop: Flags) -> BoxOptions:
     """Without options that lean on too little."""
-    needed = corners_needed(ground)
-    keep = np.arange(len(options.box))
-    while True:
-        some = chosen(options, keep)
-        corners = holding(some, ground)
-        most = np.zeros(len(keep), np.int64)
-        for b in np.unique(some.box):
-            most += corners[:, some.box == b].max(axis=1)
-        held = (most >= needed) | ~some.leans
-        if held.all():
-            return some
-        keep = keep[held]
+    if len(options.box) == 0:
+        return options
+    level, needed = level_with_placed(options.base, tops), corners_needed(tops)
+    left, by_top = np.ones(len(options.box), np.bool_), np.argsort(options.top, kind='stable')
+    while not stop[0] and _held_up(
+        options.box, options.base, options.leans, level, options.size, by_top,
+        options.top[by_top], tops.tolerance, needed, left, stop,
+    ):  # fmt: skip
+        pass
+    return chosen(options, np.flatnonzero(left))
 
 
-def chosen(options: Options, keep: Ints) -> Options:
+def chosen(options: BoxOptions, keep: Ints) -> BoxOptions:
     """Some of the options; the rows stay as they are."""
-    one = options
-    return Options(
-        one.box[keep], one.base[keep], one.top[keep], one.leans[keep], one.size[keep],
-        one.cost[keep], one.flat[keep], one.rows[keep], one.row, one.by_x, one.by_y,
+    return BoxOptions(
+        options.box[keep], options.base[keep], options.top[keep], options.leans[keep],
+        options.size[keep], options.cost[keep], options.flat[keep], options.rows[keep],
+        options.row, options.by_x, options.by_y,
     )  # fmt: skip

@@ -1,13 +1,13 @@
-"""Compiled: what two boxes of a node of :mod:`.relations` cost when they do not meet."""
+"""Compiled: what two boxes of a node of :mod:`.arrangement` cost when they do not meet."""
 
 from __future__ import annotations
 
 from pack_planner.joint.bin_by_bin.branching import EITHER, HUGE
-from pack_planner.joint.bin_by_bin.compiled import compiled
 from pack_planner.joint.bin_by_bin.held_places import is_plain, least_cost, plain_cost
+from pack_planner.joint.compiled import uncounted
 
 
-@compiled
+@uncounted
 def meet(i, k, place, sizes):  # type: ignore[no-untyped-def]
     """Whether boxes ``i`` and ``k`` overlap along x and y at their places."""
     a, b = sizes[i, place[i, 2]], sizes[k, place[k, 2]]
@@ -19,14 +19,14 @@ def meet(i, k, place, sizes):  # type: ignore[no-untyped-def]
     return True
 
 
-@compiled
+@uncounted
 def _loads(k, axis, first, problem, node, limit, loads):  # type: ignore[no-untyped-def]
     """What the boxes that rest wholly on ``k`` cost at least when it begins at ``first``.
 
     Each one's cost goes into ``loads``; they are not complete when all cost ``limit``.
     """
-    lo, hi, turn, cost, place = node[0], node[1], node[5], node[6], node[7]
-    wholly, turns = problem[14][k], problem[3]
+    lo, hi, turn, cost, place = node.low, node.high, node.turn, node.cost, node.place
+    wholly, turns = problem.wholly[k], problem.turns
     total = 0.0
     for m in range(len(lo)):
         if m == k or not wholly >> m & 1:
@@ -52,17 +52,18 @@ def _loads(k, axis, first, problem, node, limit, loads):  # type: ignore[no-unty
     return total
 
 
-@compiled
+@uncounted
 def sides(i, k, problem, node, limit, out, behind):  # type: ignore[no-untyped-def]
     """What two boxes and what rests wholly on them cost at least, returned and in ``out``.
 
     ``out`` is (turns of i, of k, sides); side 2 * axis: ``i`` comes first along the axis; the next
     one: ``k`` does. What each box pays at least when ``k`` goes behind ``i``, and the other way
-    round, goes into ``behind``, (2, boxes), see :func:`.behind.least_behind`.
+    round, goes into ``behind``, (2, boxes), see :func:`.who_goes_behind.least_behind`.
     """
-    lo, hi, turn, least, cost = node[0], node[1], node[5], node[10], node[6]
-    sizes, turns, wholly = problem[2], problem[3], problem[14]
-    after, near, rows, flat, w1 = problem[0], problem[16], problem[1], problem[4], problem[10]
+    lo, hi, turn, least, cost = node.low, node.high, node.turn, node.least, node.cost
+    sizes, turns, wholly = problem.sizes, problem.turns, problem.wholly
+    after, near, rows = problem.after, problem.near, problem.rows
+    flat, w1 = problem.flat, problem.w1
     plain_i, plain_k = is_plain(i, problem, node), is_plain(k, problem, node)
     on_i, on_k = 0.0, 0.0
     for m in range(len(lo)):
@@ -75,7 +76,7 @@ def sides(i, k, problem, node, limit, out, behind):  # type: ignore[no-untyped-d
         for m in range(len(lo)):
             if m in (i, k) or wholly[i if way else k] >> m & 1:
                 behind[way, m] = HUGE
-    loads = node[14]
+    loads = node.loads
     for side in range(4):
         axis, back = side // 2, side % 2
         a, plain_a, on_a, b, plain_b, on_b = i, plain_i, on_i, k, plain_k, on_k

@@ -1,18 +1,20 @@
-"""A joint solution better than a known one, or a proof that there is none, bin by bin.
+"""The search: a joint solution better than a known one, or a proof that there is none, bin by bin.
 
-First it is listed which bin, face up and base each box may have (:mod:`.options`, :mod:`.assign`);
-then the cheapest arrangement of each group of boxes with given faces and bases in one bin is
-searched (:mod:`.relations`), of those first that the cheapest assignment is made of. Groups are
-shared by assignments; most of them are closed in one go (:mod:`.closing`). What may cost less than
-a goal is listed and searched at a time, the goal first near the bound and last at the known
-solution: a better one found on the way saves the rest. Where none is known, one is searched first
+First it is bounded where each box can be (:mod:`pack_planner.joint.reach`). Then it is listed which
+bin, face up and base each box may have (:mod:`.options`, :mod:`.assignments`), and the cheapest
+arrangement of each group of boxes with given faces and bases in one bin is searched
+(:mod:`.arrangement`), of those first that the cheapest assignment is made of. Groups are shared by
+assignments; most of them are closed in one go (:mod:`.group_bounds`). What may cost less than a
+goal is listed and searched at a time, the goal first near the bound and last at the known solution:
+a better one found on the way saves the rest. Where none is known, one is searched first
 (:mod:`.fitting`).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import chain, repeat
 
@@ -24,23 +26,19 @@ from pack_msgs_py.values import Box, PlacedBox
 from pack_planner.engine import BinModel, Candidate, Engine
 from pack_planner.engine.engine import Forbidden
 from pack_planner.engine.height_map import GRAVITY
-from pack_planner.joint.bin_by_bin.assignments import (
-    assignments,
-    group_bounds,
-    least_open,
-    next_open,
-)
+from pack_planner.joint.bin_by_bin.assignments import group_bounds, least_open, next_open
 from pack_planner.joint.bin_by_bin.fitting import Fitting
-from pack_planner.joint.bin_by_bin.group import Group, Ints, Nodes, empty_nodes
+from pack_planner.joint.bin_by_bin.group import Group
 from pack_planner.joint.bin_by_bin.group_bounds import Closing
+from pack_planner.joint.bin_by_bin.group_problem import Ints, SearchRoom, search_room
 from pack_planner.joint.bin_by_bin.listing import Listing
 from pack_planner.joint.bin_by_bin.options import bin_places
 from pack_planner.joint.bin_by_bin.weak_places import weak_places
-from pack_planner.joint.bounds import UNBOUNDED, Reach
-from pack_planner.joint.by_solver.narrowing import alike
-from pack_planner.joint.domains import paint
+from pack_planner.joint.bin_by_bin.who_goes_behind import room_for
+from pack_planner.joint.bounds import UNBOUNDED, SupportRule
+from pack_planner.joint.budget import Budget
+from pack_planner.joint.reach import Reach, find_reach
 from pack_planner.joint.solution import JointResult, all_touch, joint_violations
-from pack_planner.joint.solve import turns_of
 
 #: Assignments that are listed at most, and options looked at for that.
 _MOST_ASSIGNMENTS, _MOST_VISITS = 200_000, 100_000_000
@@ -55,171 +53,189 @@ _BATCH = 500
 _EPS = 1e-6
 
 
-class GroupedSearch:
+class JointSearch:
     """Search for one joint problem."""
 
     def __init__(
         self, engine: Engine, boxes: Sequence[Box], bins: Sequence[BinModel], forbidden: Forbidden,
-        known: Sequence[Candidate] | None, reach: Reach, at_least: float, *, cep: bool = False,
+        known: Sequence[Candidate] | None = None, *, cep: bool = False,
     ) -> None:  # fmt: skip
-        """``reach`` are bounds for ``known`` or worse, ``at_least`` is one on the objective.
+        """Nothing is searched before :meth:`find` or :meth:`run`.
 
-        Without a known solution one is searched first.
+        Parameters
+        ----------
+        engine : rules and weights.
+        boxes, bins : of the joint problem, see :class:`pack_planner.algorithms.base.Problem`.
+        forbidden : placements that the arm refused.
+        known : one placement of every box, in an order that the rules allow; without one it is
+            searched first.
+        cep : each box touches something along x and along y, in ``known`` too.
         """
         self._engine, self._boxes, self._bins = engine, tuple(boxes), tuple(bins)
+        self._forbidden, self._cep = forbidden, cep
         self._best = None if known is None else tuple(known)
-        self._reach, self._cep = reach, cep
         self._upper = UNBOUNDED
         if known is not None:
-            self._upper = 10.0 * sum(one.objective for one in known)
-        self._lower = 10.0 * at_least
+            self._upper = 10.0 * sum(candidate.objective for candidate in known)
+        self._lower = 0.0
         # for each box the last one before it that differs in nothing but its id, -1 for none
         self._twins = np.full(len(boxes), -1, np.int64)
-        for i, k in alike(boxes, bins, forbidden):
+        for i, k in twins(boxes, bins, forbidden):
             self._twins[k] = i
         self._zones = [[forbidden(box, model.source) for box in boxes] for model in bins]
-        self._nodes: dict[int, Nodes] = {}
+        self._reach: Reach | None = None
+        self._rooms: dict[int, SearchRoom] = {}
         self._groups: dict[bytes, Group] = {}
         self._taken = 0
-        self._seconds_left: Callable[[], float] = lambda: math.inf
-
-    def run(
-        self, out_of_time: Callable[[], bool], seconds_left: Callable[[], float] = lambda: math.inf
-    ) -> JointResult:
-        """Search until it is proven, time is out, or there is too much to list.
-
-        Listing does not ask whether time is out; ``seconds_left`` limits how much it looks at.
-        """
-        self._seconds_left = seconds_left
-        least = self._reach.cheapest
-        if not np.isfinite(least).all():
-            self._lower = self._upper
-            return self._result()
-        listing = self._list()
-        self._lower = max(self._lower, min(float(least.sum()), self._upper))
-        if self._best is None:
-            if not self._first(listing, out_of_time):
-                return self._result()
-            listing = self._list()
-        self._search(listing, out_of_time)
-        return self._result()
 
     @property
     def found(self) -> bool:
         """Whether a solution is known."""
         return self._best is not None
 
-    def _result(self) -> JointResult:
+    @property
+    def reach(self) -> Reach | None:
+        """Where each box can be in a solution better than the one given; None before a search."""
+        return self._reach
+
+    def find(self, budget: Budget) -> JointResult:
+        """Search any solution, or a proof that there is none, unless one is known."""
+        before = budget.taken
+        listing = None if self.found else self._begin(budget)
+        if listing is not None:
+            self._first(listing, budget)
+        self._taken += budget.taken - before
+        return self.result()
+
+    def run(self, budget: Budget) -> JointResult:
+        """Search until it is proven, the budget is out, or there is too much to list."""
+        self.find(budget)
+        before = budget.taken
+        if self.found:
+            listing = self._begin(budget)
+            if listing is not None:
+                self._search(listing, budget)
+        self._taken += budget.taken - before
+        return self.result()
+
+    def result(self) -> JointResult:
+        """What is known so far."""
         lower = min(self._lower, self._upper) / 10.0
         if self._best is None:
             proven = self._lower >= self._upper - _EPS
             return JointResult(None, math.inf, math.inf if proven else lower, self._taken)
-        objective = sum(one.objective for one in self._best)
+        objective = sum(candidate.objective for candidate in self._best)
         return JointResult(self._best, objective, lower, self._taken)
 
     # -- what there is to choose from
 
-    def _list(self) -> Listing:
-        """What there is for less than the best known solution."""
-        profile, least = self._engine.profile, self._reach.cheapest
-        caps = self._upper - least.sum() + least
-        rule = (
-            int(profile.resolution_mm), int(profile.support_tolerance_mm), int(profile.min_vertices)
-        )  # fmt: skip
-        places = [
-            bin_places(ground, self._reach.low[j], self._weak_in(j), self._zones[j], rule)
-            for j, ground in enumerate(self._reach.grounds)
-        ]
-        limits = self._upper - least.sum() + least[:, None] + least[None, :]
-        return Listing(places, self._boxes, self._bins, caps, limits, cep=self._cep)
+    def _begin(self, budget: Budget) -> Listing | None:
+        """What there is for less than the best known solution; None when that is the end of it."""
+        self._groups.clear()  # by numbers of options, which change
+        if self._lower >= self._upper - _EPS or budget.is_out():
+            return None
+        if self._reach is None:
+            self._reach = find_reach(
+                self._engine, self._boxes, self._bins, self._forbidden, self._best, budget
+            )
+            if self._reach is None:
+                return None
+            least = self._reach.cheapest
+            if not np.isfinite(least).all():
+                self._lower = self._upper
+                return None
+            self._lower = min(float(least.sum()), self._upper)
+        listing = self._list(self._reach, budget)
+        if budget.is_out():
+            return None
+        if (np.diff(listing.starts) == 0).any():
+            self._lower = self._upper
+            return None
+        return None if listing.too_many else listing
 
-    def _weak_in(self, j: int) -> NDArray[np.int32]:
-        """See :func:`.alone.weak_places`; no cells where enough corners are all that is asked."""
-        profile, model, ground = self._engine.profile, self._bins[j], self._reach.grounds[j]
+    def _list(self, reach: Reach, budget: Budget) -> Listing:
+        profile, least = self._engine.profile, reach.cheapest
+        caps = self._upper - least.sum() + least
+        rule = SupportRule(
+            int(profile.resolution_mm), int(profile.support_tolerance_mm), int(profile.min_vertices)
+        )
+        places = [
+            bin_places(
+                ground, reach.low[j], self._weak_in(j, reach, budget), self._zones[j], rule,
+                budget.stop,
+            )
+            for j, ground in enumerate(reach.grounds)
+        ]  # fmt: skip
+        limits = self._upper - least.sum() + least[:, None] + least[None, :]
+        return Listing(places, self._boxes, self._bins, caps, limits, budget.stop, cep=self._cep)
+
+    def _weak_in(self, j: int, reach: Reach, budget: Budget) -> NDArray[np.int32]:
+        """See :mod:`.weak_places`; no cells where enough corners are all that is asked."""
+        profile, model, ground = self._engine.profile, self._bins[j], reach.grounds[j]
         margin = -math.inf if profile.com_margin_mm is None else float(profile.com_margin_mm)
         share, step = float(profile.min_support_share), profile.resolution_mm
         if margin == -math.inf and share <= 0.0 and len(model.slack) == 0:
             return np.zeros((len(ground.shapes), 0, 0), np.int32)
-        centres = np.zeros((len(self._boxes), len(ORIENTATIONS), 2))
-        for i, box in enumerate(self._boxes):
-            turns = turns_of(box, self._engine)
-            centres[i, turns.numbers] = turns.centres
-        height, owner = paint(model.boxes, *ground.height.shape, step)
-        found: NDArray[np.int32] = weak_places(
-            ground.size, model.boxes, height, owner, model.slack, model.passed_on,
+        # where the centre of mass of each box lies along x and y, in each orientation
+        along = [['xyz'.index(axis) for axis in orientation[:2]] for orientation in ORIENTATIONS]
+        centres = np.array([box.com_offset_mm for box in self._boxes], np.float64)[:, along]
+        weak: NDArray[np.int32] = weak_places(
+            ground.size, model.boxes, ground.height, ground.owner, model.slack, model.passed_on,
             (step, profile.support_tolerance_mm, margin, share), profile.min_vertices,
             ground.shapes, centres[ground.shapes[:, 0], ground.shapes[:, 1]],
-            np.array([box.weight_kg * GRAVITY for box in self._boxes]),
+            np.array([box.weight_kg * GRAVITY for box in self._boxes]), budget.stop,
         )  # fmt: skip
-        return found
+        return weak
 
     # -- the search
 
-    def _first(self, listing: Listing, out_of_time: Callable[[], bool]) -> bool:
+    def _first(self, listing: Listing, budget: Budget) -> None:
         """Find a solution where none is known, or prove that there is none."""
-        if listing.too_many:
-            return False
         unsure = False
 
         def arrange(pick: Ints) -> bool:
             nonlocal unsure
-            rows, parts = _split(pick[None, :], listing.bin_of, len(self._bins))
+            rows, parts, _ = split(pick[None, :], listing.bin_of, len(self._bins), [])
             bounds = np.zeros(len(rows))
-            unsure |= not self._try(listing, rows, parts[0], bounds, math.inf, out_of_time)
+            unsure |= not self._try(listing, rows, parts[0], bounds, math.inf, budget)
             return self.found
 
-        fitting = Fitting(listing, self._twins, arrange, self._room, out_of_time)
-        fitting.run()
-        self._taken += fitting.nodes
-        self._groups.clear()  # by numbers of options, which change
-        if not self.found and not unsure and not out_of_time():
+        Fitting(listing, self._twins, arrange, self._room, budget).run()
+        if not self.found and not unsure and not budget.is_out():
             self._lower = self._upper
-        return self.found
 
-    def _search(self, listing: Listing, out_of_time: Callable[[], bool]) -> None:
+    def _search(self, listing: Listing, budget: Budget) -> None:
         """Search what may cost less than a goal, which goes up to the best known solution."""
-        if (np.diff(listing.starts) == 0).any():
-            self._lower = self._upper
-        if listing.too_many or self._lower >= self._upper - _EPS:
-            return
         listing.compare()
+        if budget.is_out():
+            return
         largest_first = np.argsort([-box.volume_mm3 for box in self._boxes], kind='stable')
-        closing = Closing(listing, largest_first, self._room, out_of_time)
+        closing = Closing(listing, largest_first, self._room, budget)
         too_much = math.inf
         for share in chain(_GOALS, repeat(1.0)):
             picks = None
-            while picks is None and self._lower < self._upper - _EPS and not out_of_time():
+            while picks is None and self._lower < self._upper - _EPS and not budget.is_out():
                 goal = self._lower + share * (self._upper - self._lower)
                 if goal >= too_much - _EPS:
                     goal = (self._lower + too_much) / 2
                     if goal < (1.0 + _LEAST_STEP) * self._lower:
                         return
-                picks = self._picks(listing, goal)
+                visits = int(min(_MOST_VISITS, budget.seconds_left * _VISITS_PER_S))
+                picks = listing.assignments(self._twins, goal, _MOST_ASSIGNMENTS, visits)
                 if picks is None:
                     too_much = goal
-            if picks is None or not self._search_below(listing, picks, closing, goal, out_of_time):
+            if picks is None or not self._search_below(listing, picks, closing, goal, budget):
                 return
 
-    def _picks(self, listing: Listing, goal: float) -> Ints | None:
-        """The assignments that may cost less than ``goal``, None for too many."""
-        visits = int(min(_MOST_VISITS, max(self._seconds_left(), 0.0) * _VISITS_PER_S))
-        picks: Ints = assignments(
-            listing.starts, listing.cost, listing.extra, listing.behind, listing.rank, self._twins,
-            listing.leans, listing.holds, listing.held, listing.needed, goal,
-            _MOST_ASSIGNMENTS, visits,
-        )  # fmt: skip
-        return picks if len(picks) <= _MOST_ASSIGNMENTS else None
-
     def _search_below(
-        self, listing: Listing, picks: Ints, closing: Closing, goal: float,
-        out_of_time: Callable[[], bool],
-    ) -> bool:  # fmt: skip
+        self, listing: Listing, picks: Ints, closing: Closing, goal: float, budget: Budget
+    ) -> bool:
         """Search the assignments that may cost less than ``goal``; False when time is out."""
-        rows, parts = _split(picks, listing.bin_of, len(self._bins))
-        bounds = group_bounds(rows, listing.cost, listing.extra, listing.behind)
-        for g, row in enumerate(rows):
-            known = self._groups.get(row.tobytes())
-            bounds[g] = max(bounds[g], known.bound if known else 0.0)
+        known = list(self._groups.values())
+        rows, parts, at_known = split(picks, listing.bin_of, len(self._bins), [*self._groups])
+        bounds = group_bounds(rows, listing.cost, listing.extra, listing.behind,
+                              room_for(len(self._boxes)), budget.stop)  # fmt: skip
+        np.maximum.at(bounds, at_known, [group.bound for group in known])
         order = np.argsort(bounds[parts].sum(axis=1), kind='stable')
         parts = parts[order]
         closing.begin(rows)
@@ -229,13 +245,13 @@ class GroupedSearch:
             at = int(next_open(parts, bounds, at, upper))
             if at < 0:
                 break
-            if out_of_time():
+            if budget.is_out():
                 done = False
             elif at >= ahead:
                 ahead = at + _BATCH
-                self._taken += closing.close(parts[at:ahead], bounds, upper)
+                closing.close(parts[at:ahead], bounds, upper)
             else:
-                done = self._try(listing, rows, parts[at], bounds, goal, out_of_time)
+                done = self._try(listing, rows, parts[at], bounds, goal, budget)
                 at += 1
         self._lower = max(
             self._lower, min(float(least_open(parts, bounds)), min(goal, self._upper))
@@ -244,9 +260,18 @@ class GroupedSearch:
 
     def _try(
         self, listing: Listing, rows: Ints, parts: Ints, bounds: NDArray[np.float64], goal: float,
-        out_of_time: Callable[[], bool],
+        budget: Budget,
     ) -> bool:  # fmt: skip
-        """Search the groups of one assignment, as far as it may still be below ``goal``."""
+        """Search the groups of one assignment, as far as it may still be below ``goal``.
+
+        Parameters
+        ----------
+        listing : the options.
+        rows, parts : all groups, and those of this assignment.
+        bounds : of all groups; raised here.
+        goal : nothing that costs so much is wanted.
+        budget : what this may take; False when that is not enough.
+        """
         sizes = (rows[parts] >= 0).sum(axis=1)
         members = [int(parts[k]) for k in np.argsort(-sizes, kind='stable') if sizes[k] > 0]
         for g in members:
@@ -254,49 +279,48 @@ class GroupedSearch:
             group = self._group(listing, rows[g], float(bounds[g]))
             if group.bound >= min(wanted, group.cost) - _EPS:
                 continue
-            if out_of_time():
+            if budget.is_out():
                 return False
-            self._taken += group.improve(
-                wanted, partial(self._valid, listing, rows[g]), out_of_time,
-                self._room(int((rows[g] >= 0).sum())),
-            )  # fmt: skip
+            valid = partial(self._valid, listing, rows[g])
+            group.improve(wanted, valid, budget, self._room(int((rows[g] >= 0).sum())))
             bounds[g] = group.bound
             if group.bound < min(wanted, group.cost) - _EPS:
                 return False
-        found = [self._groups[rows[g].tobytes()] for g in members]
-        if sum(group.cost for group in found) < self._upper - _EPS:
+        groups = [self._groups[rows[g].tobytes()] for g in members]
+        if sum(group.cost for group in groups) < self._upper - _EPS:
             self._take([
-                one
-                for g, group in zip(members, found, strict=True)
-                for one in self._candidates(listing, rows[g], group.places)
+                candidate
+                for g, group in zip(members, groups, strict=True)
+                for candidate in self._candidates(listing, rows[g], group.places)
             ])  # fmt: skip
         return True
 
     def _group(self, listing: Listing, row: Ints, bound: float) -> Group:
         key = row.tobytes()
         if key not in self._groups:
-            self._groups[key] = Group(*listing.problem_of(row[row >= 0]), bound)
+            self._groups[key] = listing.group(row[row >= 0], bound)
         return self._groups[key]
 
-    def _room(self, count: int) -> Nodes:
-        if count not in self._nodes:
-            self._nodes[count] = empty_nodes(count)
-        return self._nodes[count]
+    def _room(self, count: int) -> SearchRoom:
+        if count not in self._rooms:
+            self._rooms[count] = search_room(count)
+        return self._rooms[count]
 
     # -- solutions
 
     def _candidates(self, listing: Listing, row: Ints, places: Ints) -> list[Candidate]:
         """What a group places where, lowest first."""
         step = self._engine.profile.resolution_mm
-        found = []
+        assert self._reach is not None
+        candidates = []
         for o, (x, y, turn) in zip(row[row >= 0].tolist(), places.tolist(), strict=True):
             j = int(listing.bin_of[o])
             shape = self._reach.grounds[j].shapes[listing.shape_of(o, turn)].tolist()
             corner = (x * step, y * step, int(listing.base[o]))
             size = (shape[2], shape[3], shape[4])
             placed = PlacedBox(self._boxes[shape[0]], corner, size, ORIENTATIONS[shape[1]])
-            found.append(Candidate(placed, j, self._engine.objective(placed, j)))
-        return sorted(found, key=lambda one: one.placed.corner_mm[2])
+            candidates.append(Candidate(placed, j, self._engine.objective(placed, j)))
+        return sorted(candidates, key=lambda candidate: candidate.placed.corner_mm[2])
 
     def _valid(self, listing: Listing, row: Ints, places: Ints) -> bool:
         candidates = self._candidates(listing, row, places)
@@ -305,19 +329,56 @@ class GroupedSearch:
         return not self._cep or all_touch(candidates, self._bins, self._engine)
 
     def _take(self, better: list[Candidate]) -> None:
-        self._best = tuple(sorted(better, key=lambda one: one.placed.corner_mm[2]))
-        self._upper = 10.0 * sum(one.objective for one in self._best)
+        self._best = tuple(sorted(better, key=lambda candidate: candidate.placed.corner_mm[2]))
+        self._upper = 10.0 * sum(candidate.objective for candidate in self._best)
 
 
-def _split(picks: Ints, bin_of: Ints, bins: int) -> tuple[Ints, Ints]:
-    """The groups of assignments, rows of options; each assignment as the numbers of its groups."""
-    parts = np.zeros((len(picks), bins), np.int64)
-    rows = []
-    total = 0
+def twins(
+    boxes: Sequence[Box], bins: Sequence[BinModel], forbidden: Forbidden
+) -> tuple[tuple[int, int], ...]:
+    """Each box with the next that differs in nothing but its id, by their numbers."""
+    zones = [[forbidden(box, model.source) for model in bins] for box in boxes]
+    pairs = []
+    for i, box in enumerate(boxes):
+        for k in range(i + 1, len(boxes)):
+            if replace(boxes[k], id=box.id) == box and zones[k] == zones[i]:
+                pairs.append((i, k))
+                break
+    return tuple(pairs)
+
+
+def split(picks: Ints, bin_of: Ints, bins: int, known: Sequence[bytes]) -> tuple[Ints, Ints, Ints]:
+    """The groups that assignments are made of.
+
+    Parameters
+    ----------
+    picks : an option for each box, (assignments, boxes).
+    bin_of : the bin of each option.
+    bins : how many there are.
+    known : rows of groups as bytes, to be among the groups too.
+
+    Returns
+    -------
+    rows : the groups, options by box, -1 for none, each once.
+    parts : the numbers of the groups of each assignment, (assignments, bins).
+    at_known : the numbers of the known ones.
+    """
+    count = picks.shape[1]
+    parts = np.empty((len(picks), bins), np.int64)
+    more = np.frombuffer(b''.join(known), np.int64).reshape(-1, count)
+    at_known = np.empty(len(more), np.int64)
+    in_bin = bin_of[more.max(axis=1, initial=0)]
+    rows, total = [], 0
     for j in range(bins):
-        own = np.where(bin_of[picks] == j, picks, -1)
-        distinct, inverse = np.unique(own, axis=0, return_inverse=True)
-        parts[:, j] = inverse.ravel() + total
-        rows.append(distinct)
-        total += len(distinct)
-    return np.concatenate(rows), parts
+        own = np.concatenate([np.where(bin_of[picks] == j, picks, -1), more[in_bin == j]])
+        # options are few enough for short numbers, which are sorted several times as fast
+        order = np.lexsort(own.astype(np.int16).T[::-1])
+        own = own[order]
+        first = np.ones(len(own), np.bool_)
+        first[1:] = (own[1:] != own[:-1]).any(axis=1)
+        number = np.empty(len(own), np.int64)
+        number[order] = np.cumsum(first) - 1 + total
+        parts[:, j], at_known[in_bin == j] = number[: len(picks)], number[len(picks) :]
+        rows.append(own[first])
+        total += len(rows[-1])
+    return np.concatenate(rows), parts, at_known

@@ -3,34 +3,65 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from pack_planner.engine.support import cell_rests, well_supported
 from pack_planner.joint.bounds import NEVER, landings
-from pack_planner.joint.domains import stands_alone
+from pack_planner.joint.compiled import compiled, entry
 
 
-@njit(cache=True, nogil=True)
-def weak_places(  # type: ignore[no-untyped-def]
-    bin_size, boxes, height, owner, slack, passed_on, rule, min_vertices, shapes, centres, forces
+@compiled
+def _stands_alone(  # type: ignore[no-untyped-def]
+    boxes, height, owner, slack, passed_on, rule, min_vertices, x, y, z, size, centre, force
 ):
+    """Whether a box stands at (x, y, z) on the placed boxes; z is the highest top under it."""
+    if z == 0:
+        return True
+    step, tolerance, com_margin, min_share = rule
+    dx, dy, _ = size
+    low = z - tolerance
+    resting = 0
+    for corner in range(4):
+        cx = x if corner % 2 == 0 else x + dx - step
+        cy = y if corner < 2 else y + dy - step
+        i, j = cx // step, cy // step
+        if height[i, j] >= low and cell_rests(boxes, owner[i, j], cx, cy, step, z, tolerance):
+            resting += 1
+    if resting < min_vertices:
+        return False
+    if com_margin == -np.inf and min_share <= 0.0 and len(slack) == 0:
+        return True
+    return well_supported(
+        boxes, (x, y, x, y), size, z, tolerance, centre, com_margin, min_share,
+        force, slack, passed_on,
+    )  # fmt: skip
+
+
+@entry
+def weak_places(  # type: ignore[no-untyped-def]
+    bin_size, boxes, height, owner, slack, passed_on, rule, min_vertices, shapes, centres, forces,
+    stop,
+):  # fmt: skip
     """Where a box on placed boxes alone breaks a rule of support: its base there, else -1.
 
     Int32 (shapes, cells, cells). ``rule`` = (resolution, support tolerance, margin of the centre of
     mass, least share of support); ``shapes`` as in :func:`.bounds.landings`; ``centres`` of mass
-    for each shape; ``forces``: weight of each box, newtons.
+    for each shape; ``forces``: weight of each box, newtons; see
+    :mod:`.budget` for ``stop``.
     """
     step = rule[0]
-    base = landings(bin_size, height, step, shapes)
+    base = landings(bin_size, height, step, shapes, stop)
     for s in range(len(shapes)):
         which, _, dx, dy, dz = shapes[s]
         for i in range(base.shape[1]):
+            if stop[0]:
+                return base
             for j in range(base.shape[2]):
                 z = np.int64(base[s, i, j])
                 base[s, i, j] = -1
                 if z == 0 or z >= NEVER:
                     continue
                 x, y = i * step, j * step
-                if not stands_alone(
+                if not _stands_alone(
                     boxes, height, owner, slack, passed_on, rule, min_vertices, x, y, z,
                     (dx, dy, dz), centres[s], forces[which],
                 ):  # fmt: skip

@@ -2,24 +2,38 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
-from numba import njit
+from numpy.typing import NDArray
 
-from pack_planner.joint.bin_by_bin.compiled import compiled
+from pack_planner.joint.compiled import uncounted
 
 
-@njit(cache=True, nogil=True)
-def room_for(count):  # type: ignore[no-untyped-def]
-    """Room for :func:`least_behind` with ``count`` boxes.
+class BehindRoom(NamedTuple):
+    """Room for :func:`least_behind`.
 
-    The first array is for what each box pays at least when the second box of a pair goes behind the
-    first, and the other way round, (pairs, 2, boxes); much where that is impossible.
+    Attributes
+    ----------
+    pays : what each box pays at least when the second box of a pair goes behind the first, and the
+        other way round, (pairs, 2, boxes); much where that is impossible.
+    paid, way : what they pay with the pairs so far, and which way these go.
     """
+
+    pays: NDArray[np.float64]
+    paid: NDArray[np.float64]
+    way: NDArray[np.int64]
+
+
+def room_for(count: int) -> BehindRoom:
+    """Room for ``count`` boxes."""
     pairs = count * (count - 1) // 2 + 1
-    return np.zeros((pairs, 2, count)), np.zeros((pairs, count)), np.zeros(pairs, np.int64)
+    return BehindRoom(
+        np.zeros((pairs, 2, count)), np.zeros((pairs, count)), np.zeros(pairs, np.int64)
+    )
 
 
-@compiled
+@uncounted
 def least_behind(count, pairs, most, room):  # type: ignore[no-untyped-def]
     """The least that ``count`` boxes pay, ``most`` if it is not less.
 

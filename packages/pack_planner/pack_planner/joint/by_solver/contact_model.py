@@ -32,48 +32,48 @@ class BoxVariables:
 
 
 def demand_contact(
-    f: Formulation, one: BoxVariables, boxes: Sequence[BoxVariables], bins: Sequence[BinModel],
+    f: Formulation, own: BoxVariables, boxes: Sequence[BoxVariables], bins: Sequence[BinModel],
     step: int,
 ) -> None:  # fmt: skip
-    """Ask ``one`` to touch a wall, a placed box or another of ``boxes`` along x, and along y."""
+    """Ask ``own`` to touch a wall, a placed box or another of ``boxes`` along x, and along y."""
     for axis in (0, 1):
         ways: list[int] = []
-        for j, inside in one.bins.items():
+        for j, inside in own.bins.items():
             source = bins[j].source
             for at_far_wall in (False, True):
                 way = f.boolean()
                 f.at_most([(1, way), (-1, inside)], 0)
                 if at_far_wall:
-                    f.at_least([(1, one.high[axis])], source.spec.size_mm[axis] // step, way)
+                    f.at_least([(1, own.high[axis])], source.spec.size_mm[axis] // step, way)
                 else:
-                    f.at_most([(1, one.low[axis])], 0, way)
+                    f.at_most([(1, own.low[axis])], 0, way)
                 ways.append(way)
             for placed in source.boxes:
-                ways += _beside_placed(f, one, placed, axis, inside, step)
+                ways += _beside_placed(f, own, placed, axis, inside, step)
         for other in boxes:
-            if other is not one:
-                ways += _beside_other(f, one, other, axis)
+            if other is not own:
+                ways += _beside_other(f, own, other, axis)
         f.one_of(ways)
 
 
 def _beside_placed(
-    f: Formulation, one: BoxVariables, placed: PlacedBox, axis: int, inside: int, step: int
+    f: Formulation, own: BoxVariables, placed: PlacedBox, axis: int, inside: int, step: int
 ) -> list[int]:
     corner, far = placed.corner_mm, placed.far_mm
     ways = [f.boolean(), f.boolean()]
-    f.equal([(1, one.low[axis])], -(-far[axis] // step), ways[0])
-    f.equal([(1, one.high[axis])], corner[axis] // step, ways[1])
+    f.equal([(1, own.low[axis])], -(-far[axis] // step), ways[0])
+    f.equal([(1, own.high[axis])], corner[axis] // step, ways[1])
     for way in ways:
         f.at_most([(1, way), (-1, inside)], 0)
     return ways
 
 
-def _beside_other(f: Formulation, one: BoxVariables, other: BoxVariables, axis: int) -> list[int]:
+def _beside_other(f: Formulation, own: BoxVariables, other: BoxVariables, axis: int) -> list[int]:
     ways = [f.boolean(), f.boolean()]
-    f.equal([(1, one.low[axis]), (-1, other.high[axis])], 0, ways[0])
-    f.equal([(1, one.high[axis]), (-1, other.low[axis])], 0, ways[1])
+    f.equal([(1, own.low[axis]), (-1, other.high[axis])], 0, ways[0])
+    f.equal([(1, own.high[axis]), (-1, other.low[axis])], 0, ways[1])
     for way in ways:
-        for j, v in one.bins.items():
+        for j, v in own.bins.items():
             if j in other.bins:
                 f.at_most([(1, v), (-1, other.bins[j])], 0, way)
             else:
