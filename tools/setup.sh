@@ -27,7 +27,7 @@ setup() {
     rm -f "$state/build.stamp"
     build_packages
     write_environment
-    step 'Packing engine' compile_engine
+    step 'Packing algorithms (about a minute)' compile_algorithms
     printf '%s\n' "$build_stamp" > "$state/build.stamp"
   fi
   exec 9>&-
@@ -248,14 +248,16 @@ build_packages() {
   done
 }
 
-# Numba keeps what it compiles beside the modules; without this the first decision would wait for it.
-compile_engine() (
+# Numba keeps what it compiles; without this the first start would compile it, for up to a minute.
+compile_algorithms() (
   source "$state/env.sh"
   python -c '
 from pack_msgs_py.profiles import PROFILES
-from pack_planner.engine import Engine
-for profile in PROFILES.values():
-    Engine(profile)
+from pack_planner.algorithms import ALGORITHMS
+from pack_planner.algorithms.warm_up import warm_up
+for name in ALGORITHMS:
+    for profile in PROFILES.values():
+        warm_up(name, profile)
 '
 )
 
