@@ -106,7 +106,8 @@ class Listing:
                 return
             self._under.append(holding(options, places.tops, self._stop))
             self.holds[np.ix_(at, at)] = self._under[j]
-        self.held: Corners = np.ascontiguousarray(self.holds.T)
+        if not self._stop[0]:
+            self.held: Corners = np.ascontiguousarray(self.holds.T)
 
     def compare(self) -> None:
         """Find ``extra``, ``behind`` and what :func:`.assignments.assignments` asks for."""

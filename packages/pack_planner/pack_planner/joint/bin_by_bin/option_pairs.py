@@ -39,6 +39,8 @@ def pair_costs(
     behind : becomes what the one pays when it goes behind the other, [behind, in front].
     stop : what is not looked at once this is raised pays nothing, see :mod:`.budget`.
     """
+    if stop[0]:
+        return
     # for rows that some option still has; row numbers are of these then
     used, numbers = np.unique(rows, return_inverse=True)
     profiles = by_x[used], by_y[used]
@@ -73,9 +75,9 @@ def _pair_costs(  # type: ignore[no-untyped-def]
     """See :func:`pair_costs`; ``first`` is the first cell of each row along x, and along y."""
     count = len(rows)
     for i in range(count):
-        if stop[0]:
-            return
         for k in range(i + 1, count):
+            if stop[0]:
+                return
             if box[i] == box[k]:
                 continue
             least = cost[i] + cost[k]
