@@ -253,9 +253,9 @@ compile_algorithms() (
   source "$state/env.sh"
   python -c '
 from pack_msgs_py.profiles import PROFILES
-from pack_planner.algorithms import ALGORITHMS
+from pack_planner.algorithms import BUILT_IN
 from pack_planner.algorithms.warm_up import warm_up
-for name in ALGORITHMS:
+for name in BUILT_IN:
     for profile in PROFILES.values():
         warm_up(name, profile)
 '
