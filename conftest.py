@@ -7,6 +7,13 @@ from collections.abc import Iterator
 import pytest
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """What is slow runs at its own speed: it is not measured for the coverage."""
+    for item in items:
+        if item.get_closest_marker('slow'):
+            item.add_marker('no_cover')
+
+
 def free_domain(request: pytest.FixtureRequest) -> Iterator[int]:
     """Reserve a ROS domain; the test must say that it starts nodes, so that it can be left out."""
     import domain_coordinator

@@ -96,8 +96,8 @@ class CellProcess:
 
     def summary(self) -> dict[str, Any]:
         """The summary it wrote."""
-        found: dict[str, Any] = json.loads((self.out / 'summary.json').read_text())
-        return found
+        summary: dict[str, Any] = json.loads((self.out / 'summary.json').read_text())
+        return summary
 
     def placements(self) -> list[dict[str, Any]]:
         """The rows it wrote."""

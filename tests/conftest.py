@@ -36,6 +36,6 @@ def start_cell(tmp_path: Path, ros_domain: int) -> Iterator[Callable[..., CellPr
 @pytest.fixture
 def group(tmp_path: Path, ros_domain: int) -> Iterator[NodeGroup]:
     """The three nodes, to be started one by one."""
-    made = NodeGroup(tmp_path, ros_domain)
-    yield made
-    made.close()
+    nodes = NodeGroup(tmp_path, ros_domain)
+    yield nodes
+    nodes.close()

@@ -41,8 +41,8 @@ def replay(cell: CellProcess) -> dict[int, list[PlacedBox]]:
 
 def assert_rules_hold(cell: CellProcess, bin_type: str, profile: str = 'cell') -> None:
     for boxes in replay(cell).values():
-        found = validate_sequence(boxes, parse_bin(bin_type), execution_profile(profile))
-        assert found == [], '\n'.join(map(str, found))
+        broken = validate_sequence(boxes, parse_bin(bin_type), execution_profile(profile))
+        assert broken == [], '\n'.join(map(str, broken))
 
 
 def assert_every_box_in_one_place(cell: CellProcess, count: int) -> None:

@@ -28,7 +28,7 @@ def test_with_destinations_every_box_is_placed_and_none_is_mis_sorted(
     assert all(row['destination'] == row['bin_destination'] for row in rows)
     counts = Counter(row['destination'] for row in rows)
     assert set(counts) == {f'D{n + 1}' for n in range(destinations)}
-    assert {name: one['boxes'] for name, one in summary['destinations'].items()} == counts
+    assert {name: counted['boxes'] for name, counted in summary['destinations'].items()} == counts
     assert summary['waits']['most_laps'] <= 100
 
 

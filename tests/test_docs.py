@@ -69,10 +69,10 @@ def test_the_page_of_the_options_lists_every_option_of_run() -> None:
 
 def pages() -> list[Path]:
     """Every page that a reader may open."""
-    found = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', ROOT / 'CHANGELOG.md']
+    paths = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', ROOT / 'CHANGELOG.md']
     for pattern in ('docs/**/*.md', 'packages/*/README.md', 'docker/*.md', 'examples/*.md'):
-        found += sorted(ROOT.glob(pattern))
-    return found
+        paths += sorted(ROOT.glob(pattern))
+    return paths
 
 
 def without_code(text: str) -> str:

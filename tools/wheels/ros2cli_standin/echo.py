@@ -140,11 +140,11 @@ def _message_type(node: Node, arguments: argparse.Namespace) -> type:
             return load_interface(arguments.message_type)
         except (AttributeError, ModuleNotFoundError, ValueError):
             raise RuntimeError('The passed message type is invalid') from None
-    found = topic_class(node, arguments.topic_name)
-    if found is None:
+    kind = topic_class(node, arguments.topic_name)
+    if kind is None:
         print(f'WARNING: topic [{arguments.topic_name}] does not appear to be published yet')
         raise RuntimeError('Could not determine the type for the passed topic')
-    return found
+    return kind
 
 
 def _subscribe(
@@ -192,7 +192,7 @@ def _choose_qos(node: Node, arguments: argparse.Namespace) -> QoSProfile:
         ('reliability', QoSReliabilityPolicy.RELIABLE, QoSReliabilityPolicy.BEST_EFFORT),
         ('durability', QoSDurabilityPolicy.TRANSIENT_LOCAL, QoSDurabilityPolicy.VOLATILE),
     ):
-        offered = [getattr(one.qos_profile, name) == strong for one in publishers]
+        offered = [getattr(publisher.qos_profile, name) == strong for publisher in publishers]
         if any(offered) and not all(offered):
             kind = type(strong).__name__
             print(
@@ -245,7 +245,7 @@ class _Printer:
                 print(f'---Got new message, message info:---\n{info}\n---Message data:---')
             print(message, end='\n---\n')
         elif self.arguments.csv:
-            before = [str(one) for one in info.values()] if show_info else []
+            before = [str(value) for value in info.values()] if show_info else []
             print(','.join([*before, to_csv(message, self._style)]))
         else:
             if show_info:

@@ -76,7 +76,7 @@ class Rate:
         self._printed = self._last
         count = len(self._intervals)
         mean = sum(self._intervals) / count
-        deviation = math.sqrt(sum((one - mean) ** 2 for one in self._intervals) / count)
+        deviation = math.sqrt(sum((interval - mean) ** 2 for interval in self._intervals) / count)
         rate = _SECOND / mean if mean > 0 else 0.0
         return (
             f'average rate: {rate:.3f}\n'

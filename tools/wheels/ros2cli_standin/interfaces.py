@@ -30,8 +30,8 @@ def load_interface(name: str) -> type:
     if len(parts) != 3 or not all(parts):
         msg = f"'{name}' is not of the form 'package/msg/Name'"
         raise ValueError(msg)
-    found: type = getattr(importlib.import_module('.'.join(parts[:2])), parts[2])
-    return found
+    interface: type = getattr(importlib.import_module('.'.join(parts[:2])), parts[2])
+    return interface
 
 
 def add_list(parser: argparse.ArgumentParser) -> None:

@@ -109,9 +109,9 @@ def to_csv(message: object, style: Style) -> str:
 
     def flat(value: object) -> str:
         if isinstance(value, dict):
-            return ','.join(flat(one) for one in value.values())
+            return ','.join(flat(field) for field in value.values())
         if isinstance(value, list):
-            return ','.join(flat(one) for one in value)
+            return ','.join(flat(element) for element in value)
         return str(value)
 
     return flat(to_plain(message, style))

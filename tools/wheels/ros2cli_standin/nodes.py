@@ -74,7 +74,7 @@ def _info(arguments: argparse.Namespace) -> str | None:
         namespace, _, name = full_name.rpartition('/')
         of_node = (name, namespace or '/')
         print(full_name)
-        for title, found in (
+        for title, endpoints in (
             ('Subscribers', node.get_subscriber_names_and_types_by_node(*of_node)),
             ('Publishers', node.get_publisher_names_and_types_by_node(*of_node)),
             ('Service Servers', node.get_service_names_and_types_by_node(*of_node)),
@@ -89,6 +89,6 @@ def _info(arguments: argparse.Namespace) -> str | None:
             ),
         ):
             print(f'  {title}:')
-            shown = without_hidden(found, hidden)
-            print('\n'.join(f'    {one}: {", ".join(types)}' for one, types in shown))
+            shown = without_hidden(endpoints, hidden)
+            print('\n'.join(f'    {endpoint}: {", ".join(types)}' for endpoint, types in shown))
     return None

@@ -89,17 +89,19 @@ def _list(arguments: argparse.Namespace) -> str | None:
                 continue
             shown = sorted(answer.result.names)
             if arguments.filter:
-                shown = [one for one in shown if re.match(arguments.filter[0], one)]
+                shown = [
+                    parameter for parameter in shown if re.match(arguments.filter[0], parameter)
+                ]
             if not arguments.node_name and shown:
                 print(f'{name}:')
             if not arguments.param_type:
-                for one in shown:
-                    print(f'  {one}')
+                for parameter in shown:
+                    print(f'  {parameter}')
                 continue
             described = _finish(node, name, client.describe_parameters(shown))
-            for one in described.descriptors:
-                kind = _KINDS[one.type][0] if one.type in _KINDS else 'not set'
-                print(f'  {one.name} (type: {kind})')
+            for descriptor in described.descriptors:
+                kind = _KINDS[descriptor.type][0] if descriptor.type in _KINDS else 'not set'
+                print(f'  {descriptor.name} (type: {kind})')
     return None
 
 

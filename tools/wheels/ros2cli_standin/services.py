@@ -39,8 +39,8 @@ def add_list(parser: argparse.ArgumentParser) -> None:
 
 def _list(arguments: argparse.Namespace) -> None:
     with open_node(arguments) as node:
-        found = node.get_service_names_and_types()
-    shown = without_hidden(found, arguments.include_hidden_services)
+        services = node.get_service_names_and_types()
+    shown = without_hidden(services, arguments.include_hidden_services)
     print_names(shown, arguments.show_types, arguments.count_services)
 
 
@@ -57,8 +57,8 @@ def _type(arguments: argparse.Namespace) -> int:
         arguments, lambda node: name in dict(node.get_service_names_and_types())
     ) as node:
         types = dict(node.get_service_names_and_types()).get(name)
-    for one in types or ():
-        print(one)
+    for kind in types or ():
+        print(kind)
     return 0 if types else 1
 
 

@@ -41,16 +41,16 @@ def add_list(parser: argparse.ArgumentParser) -> None:
 
 def _list(arguments: argparse.Namespace) -> None:
     with open_node(arguments) as node:
-        found = without_hidden(node.get_topic_names_and_types(), arguments.include_hidden_topics)
+        topics = without_hidden(node.get_topic_names_and_types(), arguments.include_hidden_topics)
         if not arguments.verbose or arguments.count_topics:
-            print_names(found, arguments.show_types, arguments.count_topics)
+            print_names(topics, arguments.show_types, arguments.count_topics)
             return
         for title, noun, count in (
             ('Published', 'publisher', node.count_publishers),
             ('Subscribed', 'subscriber', node.count_subscribers),
         ):
             print(f'{title} topics:')
-            for name, types in found:
+            for name, types in topics:
                 number = count(name)
                 if number:
                     plural = 's' if number > 1 else ''
@@ -104,10 +104,10 @@ def add_type(parser: argparse.ArgumentParser) -> None:
 def _type(arguments: argparse.Namespace) -> int:
     topic = arguments.topic_name
     with open_node(arguments, lambda node: topic in dict(node.get_topic_names_and_types())) as node:
-        found = without_hidden(node.get_topic_names_and_types(), arguments.include_hidden_topics)
-    types = dict(found).get(topic)
-    for one in types or ():
-        print(one)
+        topics = without_hidden(node.get_topic_names_and_types(), arguments.include_hidden_topics)
+    types = dict(topics).get(topic)
+    for kind in types or ():
+        print(kind)
     return 0 if types else 1
 
 

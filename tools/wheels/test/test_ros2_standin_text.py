@@ -135,7 +135,7 @@ def test_rate_is_reported_once_a_second() -> None:
     for tick in range(31):
         rate.tick(tick * 100_000_000)
         reports.append(rate.report())
-    printed = [one for one in reports if one]
+    printed = [report for report in reports if report]
     assert len(printed) == 2
     assert printed[0] == (
         'average rate: 10.000\n\tmin: 0.100s max: 0.100s std dev: 0.00000s window: 11'
