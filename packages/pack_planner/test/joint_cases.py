@@ -70,12 +70,10 @@ class EveryOrder:
         for box in left:
             others = sum(needed.values()) - needed[box.id]
 
-            def may_be_better(placed: PlacedBox, objective: float, others: float = others) -> bool:
-                return (
-                    placed.corner_mm[2] >= lowest and cost + objective + others < self._best - 1e-9
-                )
+            def too_dear(objective: float, others: float = others) -> bool:
+                return cost + objective + others >= self._best - 1e-9
 
-            for objective, index, placed in self._spots(box, state, may_be_better):
+            for objective, index, placed in self._spots(box, state, lowest, too_dear):
                 after = list(state)
                 after[index] = (state[index][0], [*state[index][1], placed])
                 rest = [other for other in left if other is not box]
@@ -100,30 +98,34 @@ class EveryOrder:
         return w.height * min(heights, default=math.inf) / 10 + w.bin_index
 
     def _spots(
-        self, box: Box, state: _State, wanted: Callable[[PlacedBox, float], bool]
+        self, box: Box, state: _State, lowest: int, too_dear: Callable[[float], bool]
     ) -> Iterator[tuple[float, int, PlacedBox]]:
-        """Where ``box`` may stand, as far as it is ``wanted`` there at that objective."""
+        """Where ``box`` may stand at ``lowest`` or above, unless it is too dear there."""
         profile = self.engine.profile
         step = profile.resolution_mm
         for index, (spec, others) in enumerate(state):
+            below = [(other.corner_mm, other.far_mm, other.top_mm) for other in others]
             for turn in allowed_orientations(box, profile.orientations):
                 dx, dy, dz = planned_size(box, turn, profile)
                 for x in range(0, spec.size_mm[0] - dx + 1, step):
                     for y in range(0, spec.size_mm[1] - dy + 1, step):
+                        on_the_floor = PlacedBox(box, (x, y, 0), (dx, dy, dz), turn)
+                        if too_dear(self.engine.objective(on_the_floor, index)):
+                            continue
                         z = max(
                             (
-                                other.top_mm
-                                for other in others
-                                if other.corner_mm[0] < x + dx
-                                and x < other.far_mm[0]
-                                and other.corner_mm[1] < y + dy
-                                and y < other.far_mm[1]
+                                top
+                                for corner, far, top in below
+                                if corner[0] < x + dx
+                                and x < far[0]
+                                and corner[1] < y + dy
+                                and y < far[1]
                             ),
                             default=0,
                         )
                         placed = PlacedBox(box, (x, y, z), (dx, dy, dz), turn)
                         objective = self.engine.objective(placed, index)
-                        if not wanted(placed, objective):
+                        if z < lowest or too_dear(objective):
                             continue
                         if next(violations(placed, others, spec, profile), None) is None:
                             yield objective, index, placed
