@@ -5,10 +5,12 @@ setup() {
   root=$1 state=$2 ros_prefix=$3
   venv=$state/venv log=$state/log
 
-  local venv_stamp build_stamp
+  local venv_stamp build_stamp compiled_stamp
   venv_stamp=$(venv_digest)
   build_stamp=$(build_digest "$venv_stamp")
-  if [[ $(cat "$state/build.stamp" 2>/dev/null) == "$build_stamp" && -x $venv/bin/python ]]; then
+  compiled_stamp=$(compiled_digest "$build_stamp")
+  if [[ $(cat "$state/build.stamp" 2>/dev/null) == "$build_stamp" && -x $venv/bin/python &&
+    $(cat "$state/compiled.stamp" 2>/dev/null) == "$compiled_stamp" ]]; then
     return
   fi
 
@@ -27,8 +29,11 @@ setup() {
     rm -f "$state/build.stamp"
     build_packages
     write_environment
-    step 'Packing algorithms (about a minute)' compile_algorithms
     printf '%s\n' "$build_stamp" > "$state/build.stamp"
+  fi
+  if [[ $(cat "$state/compiled.stamp" 2>/dev/null) != "$compiled_stamp" ]]; then
+    step 'Packing algorithms (about a minute)' compile_algorithms
+    printf '%s\n' "$compiled_stamp" > "$state/compiled.stamp"
   fi
   exec 9>&-
 }
@@ -54,6 +59,16 @@ build_digest() {
     find . \( -name '.?*' -o -name __pycache__ -o -name test \) -prune -o -type f \
       \( -name '*.msg' -o -name '*.srv' -o -name '*.action' -o -name package.xml \
       -o -name CMakeLists.txt -o -name setup.py -o -name setup.cfg \) -print0 |
+      LC_ALL=C sort -z | xargs -0 cat --
+  ) | sha256sum
+}
+
+# Modules that Numba compiles, as `pack_planner.machine_code` knows them.
+compiled_digest() {
+  (
+    printf '%s\n' "$1"
+    cd "$root/packages/pack_planner/pack_planner"
+    grep -rlZE --include='*.py' 'njit|@compiled|@entry|@uncounted|NamedTuple' . |
       LC_ALL=C sort -z | xargs -0 cat --
   ) | sha256sum
 }
