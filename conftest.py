@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Iterator
 
 import pytest
+
+
+def pytest_collection_finish() -> None:
+    """Collecting garbage, which tests of nodes do, need not look at all that was imported."""
+    gc.collect()
+    gc.freeze()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -22,6 +29,8 @@ def free_domain(request: pytest.FixtureRequest) -> Iterator[int]:
         pytest.fail(f'{request.node.nodeid} starts nodes: mark it ros or cell')
     with domain_coordinator.domain_id() as number:
         yield number
+        # A node that is still there would be seen by the next test that is given the domain.
+        gc.collect()
 
 
 @pytest.fixture(scope='module')

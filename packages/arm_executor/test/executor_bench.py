@@ -29,7 +29,8 @@ from pack_msgs.msg import (
 from pack_msgs.srv import CheckPlacements, CutOff, SwapBin
 from pack_msgs_py.ros import conversions, qos
 
-TIMEOUT_S = 15.0
+#: Nothing takes that long, also on a busy machine.
+TIMEOUT_S = 30.0
 
 
 TOPICS = {
