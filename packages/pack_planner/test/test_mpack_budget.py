@@ -28,7 +28,7 @@ from pack_planner.joint.budget import Budget
 #: Seconds by which a decision may be late.
 LATE_S = 0.1
 #: What other tests and programs take is not the decision's fault: the better of so many tries.
-TRIES = 3
+TRIES = 5
 
 
 @contextmanager
