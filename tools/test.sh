@@ -18,7 +18,7 @@ done
 export PYTEST_XDIST_AUTO_NUM_WORKERS=${PYTEST_XDIST_AUTO_NUM_WORKERS:-$(($(nproc) + 1))}
 options=(-n auto --maxprocesses 8 --dist worksteal)
 if [[ $fast ]]; then
-  options+=(-m 'not (cell or physics or slow)')
+  options+=(-m 'not (cell or ros or physics or slow)')
 else
   python -m ruff check . || failed+=('ruff')
   python -m ruff format --check --quiet . || failed+=('ruff format')

@@ -61,6 +61,7 @@ def in_this_process(count):
     return local_cluster(count, processes=False, protocol='tcp')
 
 
+@pytest.mark.slow
 def test_two_workers_give_the_same_plan_even_when_one_is_killed_half_way(tmp_path, wanted):
     killed = []
     with local_cluster(2) as dask:
@@ -75,6 +76,7 @@ def test_two_workers_give_the_same_plan_even_when_one_is_killed_half_way(tmp_pat
     assert killed
 
 
+@pytest.mark.slow
 def test_a_worker_reads_an_algorithm_of_ones_own(tmp_path, wanted):
     path = tmp_path / 'mine.py'
     path.write_text(

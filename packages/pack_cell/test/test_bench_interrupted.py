@@ -15,6 +15,8 @@ ARGUMENTS = [
     'bench', '--algorithms', 'first_fit,mpack_lite', '--bins', 'SYN', '--look-ahead', '5',
     '--collections', '6', '--json', 'r.json', '--plan', 'p.jsonl',
 ]  # fmt: skip
+pytestmark = pytest.mark.slow
+
 TIMEOUT_S = 120.0
 
 
