@@ -1,12 +1,16 @@
-"""Signals that come while a node is still being imported."""
+"""Signals that come while a node is still being imported, and interrupts that get lost."""
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
+import time
 
 import pytest
+
+from pack_msgs_py.signals import interrupts_kept
 
 IMPORTING = """
 import sys, time
@@ -36,3 +40,21 @@ def test_afterwards_signals_are_what_they_were():
     with signals_end_quietly():
         assert signal.getsignal(signal.SIGTERM) is not before
     assert signal.getsignal(signal.SIGTERM) is before
+
+
+class InterruptedWhenFreed:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(0.01)
+
+
+@pytest.mark.filterwarnings('ignore::pytest.PytestUnraisableExceptionWarning')
+def test_an_interrupt_that_python_drops_is_raised_when_it_is_looked_for():
+    before = signal.getsignal(signal.SIGINT)
+    with interrupts_kept() as look:
+        look()
+        freed = InterruptedWhenFreed()
+        del freed
+        with pytest.raises(KeyboardInterrupt):
+            look()
+    assert signal.getsignal(signal.SIGINT) is before

@@ -6,12 +6,13 @@ import argparse
 import os
 import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pack_cell.bench.cases import cases_of, settings_of
 from pack_cell.bench.options import add_bench
+from pack_msgs_py.signals import interrupts_kept
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -55,8 +56,8 @@ def _run(arguments: argparse.Namespace, command: str) -> int:
     _check_outputs(arguments)
     settings, cases = settings_of(arguments), cases_of(arguments)
     results = ResultFile(arguments.json, arguments.plan)
-    with _progress_bar() as bar:
-        watch = _Watch(bar, cases)
+    with _progress_bar() as bar, interrupts_kept() as look:
+        watch = _Watch(bar, cases, look)
         workers = Workers(arguments.jobs, arguments.cluster, note=_note)
         try:
             records = run(cases, settings, workers, results, watch)
@@ -117,15 +118,16 @@ def _progress_bar() -> Progress:
 
 
 class _Watch:
-    """Moves the bar as collections are done."""
+    """Moves the bar as collections are done, and looks whether it is to end."""
 
-    def __init__(self, bar: Progress, cases: Sequence[Case]) -> None:
-        self._bar = bar
+    def __init__(self, bar: Progress, cases: Sequence[Case], look: Callable[[], None]) -> None:
+        self._bar, self._look = bar, look
         self._done: dict[Case, int] = {}
         self._task = bar.add_task('packing', total=sum(case.collections for case in cases))
 
     def __call__(self, case: Case, done: int, total: int) -> None:
         """``done`` of ``total`` collections of ``case`` are packed."""
+        self._look()
         self._done[case] = done
         text = f'{case.algorithm} {case.bin_spec.name} look-ahead {case.look_ahead}'
         self._bar.update(self._task, completed=sum(self._done.values()), description=text)

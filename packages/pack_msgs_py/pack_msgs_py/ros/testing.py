@@ -36,6 +36,10 @@ def private_context(domain: int | None = None) -> Iterator[rclpy.Context]:
         rclpy.try_shutdown(context=context)
 
 
+def _nothing() -> None:
+    """A task that wakes an executor."""
+
+
 class Spinner:
     """Spins nodes in one thread until it is closed; then it destroys them.
 
@@ -54,6 +58,7 @@ class Spinner:
         self.context = context
         self.executor = SingleThreadedExecutor(context=context)
         self._thread = threading.Thread(target=self._spin, daemon=True)
+        self._closing = False
 
     def add(self, node: SomeNode, before_destroy: Callable[[], object] | None = None) -> SomeNode:
         """Spin ``node`` too; ``before_destroy`` is called once nothing spins it any more."""
@@ -67,14 +72,18 @@ class Spinner:
 
     def close(self) -> None:
         """End the thread, destroy the nodes, and shut a private context down."""
-        self.executor.shutdown()
+        self._closing = True
         if self._thread.is_alive():
+            # An executor that is shut down while it spins may fail on what is already gone.
+            self.executor.create_task(_nothing)
             self._thread.join(CLOSING_S)
+        self.executor.shutdown()
         self._at_the_end.close()
 
     def _spin(self) -> None:
         with contextlib.suppress(ExternalShutdownException):
-            self.executor.spin()
+            while not self._closing:
+                self.executor.spin_once()
 
     def __enter__(self) -> Spinner:
         return self
