@@ -11,7 +11,8 @@ from planner_cases import SMALL
 from pack_msgs_py.cell_values import Decision, Report
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode, PlacementStatus, Reason
 from pack_msgs_py.values import Bin
-from pack_planner.coordination.coordinator import BINS_TIMEOUT_S, SILENCE_S
+from pack_planner.coordination.awaited_bins import BINS_TIMEOUT_S
+from pack_planner.coordination.coordinator import SILENCE_S
 from pack_planner.coordination.inputs import RESCAN_S
 from pack_planner.coordination.running_goal import (
     ACCEPT_TIMEOUT_S,

@@ -14,6 +14,7 @@ from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Report, Sc
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode
 from pack_msgs_py.values import Bin
 from pack_planner.coordination.alternatives import Planned
+from pack_planner.coordination.awaited_bins import AwaitedBins
 from pack_planner.coordination.inputs import Heartbeat, Inputs, same_content
 from pack_planner.coordination.negotiation import (
     HIDDEN_TIMEOUT_S,
@@ -39,8 +40,6 @@ from pack_planner.decision.planner import (
 from pack_planner.decision.policy import DecisionState
 from pack_planner.decision.refusals import Refusals
 
-BINS_TIMEOUT_S = 5.0
-SWAP_TIMEOUT_S = 5.0
 #: Backstop behind the QoS events of the heartbeat.
 SILENCE_S = 2.0
 
@@ -74,8 +73,7 @@ class Coordinator:
         self._free_s = -math.inf
         self._last_box = ''
         self._stale_inputs = False
-        self._new_bins: tuple[str, int, float] | None = None  # bin id, revision seen, until
-        self._swap: tuple[Bin, float] | None = None
+        self._awaited_bins = AwaitedBins()
 
     # --- inputs ------------------------------------------------------------------------------
 
@@ -113,7 +111,8 @@ class Coordinator:
         self._alive, self._was_lost = False, True
         held = f'; goal for box {self._goal.decision.box.id!r} forgotten' if self._goal else ''
         self._out.warn(f'the arm is silent{held}; waiting for it to come back')
-        self._goal = self._ahead = self._swap = self._new_bins = self._plan = self._asked = None
+        self._goal = self._ahead = self._plan = self._asked = None
+        self._awaited_bins = AwaitedBins()
         self._in.bins = self._in.heartbeat = None
 
     def on_event(self, event: BoxEvent) -> None:
@@ -152,12 +151,11 @@ class Coordinator:
 
     def on_swapped(self, *, success: bool, message: str) -> None:
         """Answer of `swap_bin`."""
-        if self._swap is None:
+        target = self._awaited_bins.swap_answered()
+        if target is None:
             return
-        target, _ = self._swap
-        self._swap = None
         if success:
-            self._new_bins = (target.id, target.revision, self._clock() + BINS_TIMEOUT_S)
+            self._awaited_bins.await_change(target.id, target.revision, self._clock())
         else:
             self._out.warn(f'bin {target.id!r} was not swapped: {message}')
             self._stale_inputs = True
@@ -230,7 +228,7 @@ class Coordinator:
             ended = self._goal.end(now)
             if ended is not None:
                 self._conclude(self._goal, *ended)
-        waiting = self._plan or self._swap or self._new_bins or self._stale_inputs
+        waiting = self._plan or self._awaited_bins or self._stale_inputs
         if waiting or not self._alive or self._in.scan is None or self._in.bins is None:
             return
         if self._goal is not None:
@@ -241,17 +239,9 @@ class Coordinator:
     def _time_outs(self, now: float) -> None:
         if self._alive and now - self._heard_s > SILENCE_S:
             self.on_executor_lost()
-        if self._new_bins is not None:
-            bin_id, revision, until = self._new_bins
-            bins = self._in.bins.bins if self._in.bins is not None else ()
-            if not any(target.id == bin_id and target.revision <= revision for target in bins):
-                self._new_bins = None
-            elif now > until:
-                self._out.warn(f'bin {bin_id!r} did not change as reported; going on')
-                self._new_bins = None
-        if self._swap is not None and now - self._swap[1] > SWAP_TIMEOUT_S:
-            self._out.warn(f'no answer to swap_bin within {SWAP_TIMEOUT_S:g} s')
-            self._swap = None
+        bins = self._in.bins.bins if self._in.bins is not None else ()
+        for warning in self._awaited_bins.update(bins, now):
+            self._out.warn(warning)
         asked = self._asked
         if asked is not None:
             since_s = max(asked.asked_s, self._free_s)
@@ -343,7 +333,7 @@ class Coordinator:
         elif isinstance(outcome, CloseStep):
             target = self._in.open_bin(outcome.target.id)
             self._out.info(f'closing bin {target.id!r} at {target.fill_rate:.1%}: nothing fits')
-            self._swap = (target, self._clock())
+            self._awaited_bins.await_swap(target, self._clock())
             self._out.swap(target, outcome.destination)
         elif isinstance(outcome, WaitStep):
             self._stale_inputs = True
@@ -366,7 +356,7 @@ class Coordinator:
         decision = goal.decision
         self._last_box = decision.box.id
         if code.box_is_in_bin:
-            self._new_bins = (decision.bin_id, decision.bin_revision, self._free_s + BINS_TIMEOUT_S)
+            self._awaited_bins.await_change(decision.bin_id, decision.bin_revision, self._free_s)
             self._time_outs(self._clock())
             return
         self._ahead = self._plan = self._asked = None
