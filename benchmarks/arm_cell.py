@@ -74,34 +74,34 @@ def run_cell(kind: str, options: argparse.Namespace, out: Path) -> dict[str, Any
     if not path.exists():
         msg = f'{" ".join(command)} ended with {ended.returncode}: {ended.stderr.strip()[-500:]}'
         raise RuntimeError(msg)
-    found: dict[str, Any] = json.loads(path.read_text())
-    return found
+    report: dict[str, Any] = json.loads(path.read_text())
+    return report
 
 
-def row(kind: str, found: dict[str, Any]) -> list[str]:
+def row(kind: str, report: dict[str, Any]) -> list[str]:
     """The cells of one row; what falls short of its goal is bold."""
     goal = GOALS.get(kind, Goal(0, 100, 100))
-    codes = {ErrorCode[name]: count for name, count in found['goal_codes'].items()}
+    codes = {ErrorCode[name]: count for name, count in report['goal_codes'].items()}
     before = sum(count for code, count in codes.items() if code in _BEFORE)
     failed = {
         code.name: count
         for code, count in codes.items()
         if code not in _BEFORE and not code.box_is_in_bin
     }
-    cycle, asked = found['cycle_time_s'], found['arm_asked']
-    first, error = asked['first_choices_possible'] or 0.0, found['max_pose_error_mm'] or 0.0
+    cycle, asked = report['cycle_time_s'], report['arm_asked']
+    first, error = asked['first_choices_possible'] or 0.0, report['max_pose_error_mm'] or 0.0
     disturbed = codes.get(ErrorCode.OTHERS_DISTURBED, 0)
     ask = [1000 * (asked['check_s'][name] or 0.0) for name in ('p50', 'p95')]
-    times, hourly = found['times_real_time'] or 0.0, found['boxes_per_hour'] or 0.0
+    times, hourly = report['times_real_time'] or 0.0, report['boxes_per_hour'] or 0.0
     median = _marked(f'{cycle["p50"]:.2f}', cycle['p50'] <= goal.median)
     p95 = _marked(f'{cycle["p95"]:.2f}', cycle['p95'] <= goal.p95)
-    fill = '' if found['fill_closed'] is None else f'{found["fill_closed"]:.1f} %'
+    fill = '' if report['fill_closed'] is None else f'{report["fill_closed"]:.1f} %'
     return [
         kind,
-        f'{found["placed"]} of {found["boxes_supplied"]}',
+        f'{report["placed"]} of {report["boxes_supplied"]}',
         _marked(f'{first:.1f} %', first >= goal.first),
         f'{median} / {p95} / {cycle["max"]:.2f}',
-        _marked(str(found['deadline_misses']), not found['deadline_misses']),
+        _marked(str(report['deadline_misses']), not report['deadline_misses']),
         str(before),
         _marked(', '.join(f'{n} {name}' for name, n in failed.items()) or '0', not failed),
         _marked(str(disturbed), not disturbed),
@@ -112,7 +112,7 @@ def row(kind: str, found: dict[str, Any]) -> list[str]:
         ),
         _marked(f'{hourly:.0f}', hourly >= goal.hourly),
         _marked(f'{times:.1f}', times >= _REAL_TIME),
-        f'{fill} ({found["closed_bins"]})',
+        f'{fill} ({report["closed_bins"]})',
     ]
 
 
@@ -137,9 +137,9 @@ def main() -> int:
         base = options.out or Path(spare)
         refusals: dict[str, dict[str, int]] = {}
         for kind in options.bins:
-            found = run_cell(kind, options, base / kind)
-            print('| ' + ' | '.join(row(kind, found)) + ' |', flush=True)
-            refusals[kind] = found['arm_asked']['first_refusals']
+            report = run_cell(kind, options, base / kind)
+            print('| ' + ' | '.join(row(kind, report)) + ' |', flush=True)
+            refusals[kind] = report['arm_asked']['first_refusals']
     for kind, reasons in refusals.items():
         print(f'first choices refused in {kind}: {reasons or "none"}')
     return 0

@@ -118,7 +118,7 @@ class Rig:
         if self.options.picture and target.fill_rate > max(self.tally.fills, default=0.0):
             self.picture(target)
         self.tally.fills.append(target.fill_rate)
-        self.bins = tuple(one for one in self.bins if one.id != target.id)
+        self.bins = tuple(other for other in self.bins if other.id != target.id)
         self.open_bin(target.station)
 
     def picture(self, target: Bin) -> None:
@@ -164,7 +164,7 @@ class Rig:
 
     def place(self, decision: Decision, first: bool) -> bool:
         """Plan a decision and carry it out; ``False`` when the arm refuses it."""
-        target = next(one for one in self.bins if one.id == decision.bin_id)
+        target = next(target for target in self.bins if target.id == decision.bin_id)
         pick = pick_pose(self.arm.layout, decision.box.size_mm)
         request = PlaceRequest(decision.box, pick, target.station, decision.target)
         begun = time.thread_time()
@@ -297,13 +297,13 @@ def main() -> int:
         'median / p95, ms | refused | faults | worst error / moved, mm | closed fill | x real |'
     )
     print('|---|---|---|---|---|---|---|---|---|---|')
-    found = []
+    tallies = []
     for kind in options.bins:
         rig = Rig(kind, options)
         tally = rig.run(boxes_from(options))
         print(line(tally), flush=True)
-        found.append(tally)
-    for tally in found:
+        tallies.append(tally)
+    for tally in tallies:
         split = ', '.join(
             f'{name} {quantile(values, 0.5):.2f}' for name, values in tally.splits.items()
         )
@@ -313,7 +313,7 @@ def main() -> int:
         for fault in tally.faults:
             print(f'  {fault}')
     if options.json:
-        options.json.write_text(json.dumps([vars(one) for one in found], indent=1))
+        options.json.write_text(json.dumps([vars(tally) for tally in tallies], indent=1))
     return 0
 
 

@@ -34,14 +34,16 @@ from pack_planner.engine import Engine
 
 def problem_of(engine: Engine, state: State, look_ahead: int, budget_s: float) -> Problem:
     """The decision of ``state``."""
-    models = tuple(engine.model(one) for one in state.bins)
+    models = tuple(engine.model(target) for target in state.bins)
     return Problem(engine, state.boxes[:look_ahead], models, budget_s=budget_s)
 
 
 def objectives(problem: Problem) -> list[float]:
     """Least objective of each box alone, which does not depend on ties; infinite for no place."""
     choices = [mpack_lite(replace(problem, boxes=(box,))) for box in problem.boxes]
-    return [math.inf if one is None else round(one.candidate.objective, 6) for one in choices]
+    return [
+        math.inf if choice is None else round(choice.candidate.objective, 6) for choice in choices
+    ]
 
 
 def line(backend: str, problems: list[Problem], wanted: list[list[float]]) -> str:
@@ -76,8 +78,10 @@ def main() -> None:
         rng, spec = random.Random(f'{options.seed}/{name}'), parse_bin(name)
         states = filled(engine, spec, boxes_for(spec, 3, rng), options.open_bins)
         chosen = rng.sample(states, min(options.states, len(states)))
-        problems = [problem_of(engine, one, options.look_ahead, options.budget) for one in chosen]
-        wanted = [objectives(one) for one in problems]
+        problems = [
+            problem_of(engine, state, options.look_ahead, options.budget) for state in chosen
+        ]
+        wanted = [objectives(problem) for problem in problems]
         sys.stdout.write(
             f'\n{name}, look-ahead {options.look_ahead}, {options.open_bins} open bins\n\n'
             '| backend | states | equal | proven | median ms | 95 % ms | max ms |\n'

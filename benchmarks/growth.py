@@ -74,14 +74,14 @@ class Series:
 
 def decision_ms(engine: Engine, state: State) -> float:
     """Least milliseconds of three decisions."""
-    models = tuple(engine.model(one) for one in state.bins)
+    models = tuple(engine.model(target) for target in state.bins)
     problem = Problem(engine, state.boxes, models)
-    found = math.inf
+    least_s = math.inf
     for _ in range(3):
         started = time.thread_time()
         mpack_lite(problem)
-        found = min(found, time.thread_time() - started)
-    return 1e3 * found
+        least_s = min(least_s, time.thread_time() - started)
+    return 1e3 * least_s
 
 
 def filled(engine: Engine, spec: BinSpec, boxes: Sequence[Box], open_bins: int) -> list[State]:
@@ -90,7 +90,7 @@ def filled(engine: Engine, spec: BinSpec, boxes: Sequence[Box], open_bins: int) 
     belt, states = list(boxes), []
     while len(belt) >= max(LOOK_AHEADS):
         states.append(State(tuple(belt[: max(LOOK_AHEADS)]), tuple(bins)))
-        models = tuple(engine.model(one) for one in bins)
+        models = tuple(engine.model(target) for target in bins)
         choice = mpack_lite(Problem(engine, tuple(belt[:LOOK_AHEAD]), models))
         if choice is None:
             break
@@ -103,18 +103,18 @@ def filled(engine: Engine, spec: BinSpec, boxes: Sequence[Box], open_bins: int) 
 def boxes_for(spec: BinSpec, bins: int, rng: random.Random, file: Path | str = '') -> list[Box]:
     """Boxes of the volume of ``bins`` bins: cut from them (SYN), or drawn from a file's."""
     if spec.name == 'SYN':
-        found: list[Box] = []
-        while len(found) < 23 * bins:
+        boxes: list[Box] = []
+        while len(boxes) < 23 * bins:
             cut = cut_collection(spec, 23, rng)
-            found += [replace(box, id=f'{box.id}-{len(found)}') for box in cut]
-        return found
+            boxes += [replace(box, id=f'{box.id}-{len(boxes)}') for box in cut]
+        return boxes
     cartons, _ = load_boxes(file)
-    found, volume = [], 0.0
+    boxes, volume = [], 0.0
     while volume < bins * spec.volume_mm3:
         box = rng.choice(cartons)
-        found.append(replace(box, id=f'{box.id}/{len(found)}'))
+        boxes.append(replace(box, id=f'{box.id}/{len(boxes)}'))
         volume += box.volume_mm3
-    return found
+    return boxes
 
 
 def runs(engine: Engine, spec: BinSpec, seeds: int) -> list[State]:
@@ -136,8 +136,8 @@ def against_look_ahead(name: str, seeds: int) -> Series:
     engine, spec = Engine(PROFILE), parse_bin(name)
     times: list[list[float]] = [[] for _ in LOOK_AHEADS]
     for state in runs(engine, spec, seeds):
-        for count, found in zip(LOOK_AHEADS, times, strict=True):
-            found.append(decision_ms(engine, replace(state, boxes=state.boxes[:count])))
+        for count, milliseconds in zip(LOOK_AHEADS, times, strict=True):
+            milliseconds.append(decision_ms(engine, replace(state, boxes=state.boxes[:count])))
     return Series(name, tuple(map(float, LOOK_AHEADS)), tuple(map(fmean, times)))
 
 
@@ -171,11 +171,11 @@ def against_resolution(name: str, seeds: int, *, same_bins: bool) -> Series:
     ]
     if same_bins:
         states = runs(engines[-1], spec, seeds)
-        rows = [[decision_ms(engine, five(one)) for engine in engines] for one in states]
+        rows = [[decision_ms(engine, five(state)) for engine in engines] for state in states]
         times = [fmean(column) for column in zip(*rows, strict=True)]
     else:
         times = [
-            fmean(decision_ms(engine, five(one)) for one in runs(engine, spec, seeds))
+            fmean(decision_ms(engine, five(state)) for state in runs(engine, spec, seeds))
             for engine in engines
         ]
     text = f'{name}, same bins' if same_bins else f'{name}, packed at it'
@@ -188,20 +188,20 @@ def draw(panels: dict[str, list[Series]], path: Path) -> None:
 
     figure = Figure(figsize=(10.2, 3.6), layout='constrained')
     axes = figure.subplots(1, len(panels))
-    for axis, (label, found) in zip(axes, panels.items(), strict=True):
-        for one, colour, marker in zip(
-            found, ('#0072B2', '#D55E00', '#009E73'), 'os^', strict=False
+    for axis, (label, curves) in zip(axes, panels.items(), strict=True):
+        for curve, colour, marker in zip(
+            curves, ('#0072B2', '#D55E00', '#009E73'), 'os^', strict=False
         ):
-            dense = len(one.sizes) > 10
+            dense = len(curve.sizes) > 10
             axis.plot(
-                one.sizes, one.milliseconds, color=colour, marker='' if dense else marker,
-                label=f'{one.name}: exponent {one.exponent:.2f}',
+                curve.sizes, curve.milliseconds, color=colour, marker='' if dense else marker,
+                label=f'{curve.name}: exponent {curve.exponent:.2f}',
             )  # fmt: skip
         axis.set_xlabel(label)
         # room above the lines for the legend
-        axis.set_ylim(0, 1.3 * max(value for one in found for value in one.milliseconds))
-        if len(found[0].sizes) <= 10:
-            axis.set_xticks(found[0].sizes)
+        axis.set_ylim(0, 1.3 * max(value for curve in curves for value in curve.milliseconds))
+        if len(curves[0].sizes) <= 10:
+            axis.set_xticks(curves[0].sizes)
         axis.grid(visible=True, alpha=0.3)
         axis.spines[['top', 'right']].set_visible(False)
         axis.legend(frameon=False, fontsize=8, loc='upper left')
@@ -224,11 +224,11 @@ def main() -> None:
             for name, same in (('SYN', True), ('PAL', True), ('PAL', False))
         ],
     }
-    for label, found in panels.items():
-        for one in found:
-            chosen = range(0, len(one.sizes), max(1, len(one.sizes) // 8))
-            cells = ', '.join(f'{one.sizes[i]:g}: {one.milliseconds[i]:.2f}' for i in chosen)
-            sys.stdout.write(f'{label}, {one.name}: ms {cells}; exponent {one.exponent:.2f}\n')
+    for label, curves in panels.items():
+        for curve in curves:
+            chosen = range(0, len(curve.sizes), max(1, len(curve.sizes) // 8))
+            cells = ', '.join(f'{curve.sizes[i]:g}: {curve.milliseconds[i]:.2f}' for i in chosen)
+            sys.stdout.write(f'{label}, {curve.name}: ms {cells}; exponent {curve.exponent:.2f}\n')
             sys.stdout.flush()
     if options.figure is not None:
         draw(panels, options.figure)

@@ -105,8 +105,8 @@ class Search:
         if not setup.haveExactSolutionPath():
             return None
         setup.simplifySolution(self._seconds / 2)
-        found = setup.getSolutionPath().getStates()
-        points = [tuple(np.array([s[a] for a in range(5)]) / _SCALE) for s in found]
+        waypoints = setup.getSolutionPath().getStates()
+        points = [tuple(np.array([s[a] for a in range(5)]) / _SCALE) for s in waypoints]
         for corner in _CORNERS:
             path = joint_path(kinematics, rounded(points, corner, PATH_STEP), branch)
             path = None if path is None else starting_at(path, at)
@@ -121,13 +121,13 @@ class RescueRig(Rig):
     def __init__(self, kind: str, options: argparse.Namespace) -> None:
         super().__init__(kind, options)
         self.search = Search(self, options.search)
-        self.found: Counter[str] = Counter()
+        self.searches: Counter[str] = Counter()
         self.times: list[float] = []
         self.took: list[float] = []
 
     def place(self, decision: Decision, first: bool) -> bool:
         """As without the search; a refusal for a collision is searched on the way."""
-        target = next(one for one in self.bins if one.id == decision.bin_id)
+        target = next(target for target in self.bins if target.id == decision.bin_id)
         pick = pick_pose(self.arm.layout, decision.box.size_mm)
         request = PlaceRequest(decision.box, pick, target.station, decision.target)
         try:
@@ -137,15 +137,15 @@ class RescueRig(Rig):
                 begun = time.perf_counter()
                 seconds = self.rescue(request)
                 self.took.append(time.perf_counter() - begun)
-                self.found['asked'] += 1
-                self.found['first'] += first
+                self.searches['asked'] += 1
+                self.searches['first'] += first
                 if isinstance(seconds, str):
-                    self.found[seconds] += 1
+                    self.searches[seconds] += 1
                 else:
                     self.times.append(seconds)
                     late = seconds > self.options.deadline
-                    self.found['too slow' if late else 'in time'] += 1
-                    self.found['first in time'] += first and not late
+                    self.searches['too slow' if late else 'in time'] += 1
+                    self.searches['first in time'] += first and not late
         return super().place(decision, first)
 
     def rescue(self, request: PlaceRequest) -> float | str:
@@ -164,8 +164,8 @@ class RescueRig(Rig):
         world.hold(task.size, 'held')
         best, why = math.inf, 'pick or place not free'
         try:
-            same = [one for one in stances if one.branch == start.branch]
-            able = [one for one in same if planner._ends_hit(task, one) is None]
+            same = [stance for stance in stances if stance.branch == start.branch]
+            able = [stance for stance in same if planner._ends_hit(task, stance) is None]
             for stance in able[:_STANCES]:
                 motion = self.searched(task, stance, start, request)
                 if isinstance(motion, str):
@@ -243,11 +243,11 @@ def main() -> int:
     for kind in options.bins:
         rig = RescueRig(kind, options)
         tally = rig.run(boxes_from(options))
-        times = ', '.join(f'{one:.1f}' for one in sorted(rig.times)) or 'none'
+        times = ', '.join(f'{seconds:.1f}' for seconds in sorted(rig.times)) or 'none'
         mean = sum(rig.took) / max(1, len(rig.took))
         print(
             f'{kind}: {tally.placed} placed, {tally.first_choices} first choices, '
-            f'{tally.first_refused} refused; collisions {dict(rig.found)}; '
+            f'{tally.first_refused} refused; collisions {dict(rig.searches)}; '
             f'motions found: {times} s; search {mean:.1f} s each',
             flush=True,
         )

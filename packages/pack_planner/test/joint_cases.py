@@ -36,12 +36,16 @@ def tiny_problem(engine: Engine, seed: int, count: int, **changes: object) -> Pr
     rng = random.Random(seed)
     bins = []
     for number in range(rng.choice((1, 1, 2))):
-        one = Bin(f'bin-{number}', number + 1, TINY)
+        target = Bin(f'bin-{number}', number + 1, TINY)
         for index in range(rng.choice((0, 2, 5, 9))):
-            found = engine.best_placement(tiny_box(rng, f'{number}-{index}'), [engine.model(one)])
-            if found is not None:
-                one = replace(one, boxes=(*one.boxes, found.placed), revision=one.revision + 1)
-        bins.append(engine.model(one))
+            candidate = engine.best_placement(
+                tiny_box(rng, f'{number}-{index}'), [engine.model(target)]
+            )
+            if candidate is not None:
+                target = replace(
+                    target, boxes=(*target.boxes, candidate.placed), revision=target.revision + 1
+                )
+        bins.append(engine.model(target))
     boxes = tuple(tiny_box(rng, f'new-{index}') for index in range(count))
     return Problem(engine, boxes, tuple(bins), **changes)  # type: ignore[arg-type]
 
@@ -82,10 +86,14 @@ class EveryOrder:
     def _all_touch(self, state: _State) -> bool:
         step = self.engine.profile.resolution_mm
         return all(
-            all(touches(one, [k for k in inside if k is not one], spec.size_mm, step))
+            all(
+                touches(
+                    placed, [other for other in inside if other is not placed], spec.size_mm, step
+                )
+            )
             for spec, inside in state
-            for one in inside
-            if one.box.id in self._new
+            for placed in inside
+            if placed.box.id in self._new
         )
 
     def _needs(self, box: Box) -> float:

@@ -77,7 +77,7 @@ def test_every_placement_obeys_the_rules(name, profile, look_ahead, open_bins):
     DecisionOptions(sort='area', selection='largest', closing='oldest'),
     DecisionOptions(sort='height', selection='large_when_empty', closing='least_useful'),
     DecisionOptions(max_passed_over=5, selection='largest', cep=True),
-], ids=lambda one: f'{one.sort}-{one.selection}-{one.closing}-{one.cep}')  # fmt: skip
+], ids=lambda rules: f'{rules.sort}-{rules.selection}-{rules.closing}-{rules.cep}')  # fmt: skip
 @pytest.mark.parametrize('profile', PROFILES)
 @pytest.mark.parametrize('name', [name for name in BUILT_IN if name not in NEAREST_ONLY])
 def test_every_placement_obeys_the_rules_whatever_the_options(name, profile, options):

@@ -33,7 +33,7 @@ def placed(corner, size, name='box'):
 BLOCK = placed((200, 100, 0), (100, 100, 100), 'block')
 
 
-@pytest.mark.parametrize(('one', 'expected'), [
+@pytest.mark.parametrize(('new', 'expected'), [
     (placed((0, 0, 0), (50, 50, 50)), (True, True)),
     (placed((550, 350, 0), (50, 50, 50)), (True, True)),
     (placed((300, 100, 0), (50, 50, 50)), (True, False)),
@@ -46,10 +46,10 @@ BLOCK = placed((200, 100, 0), (100, 100, 100), 'block')
     # in the plane of a face that looks the same way
     (placed((200, 100, 100), (100, 100, 50)), (False, False)),
 ])  # fmt: skip
-def test_a_box_touches_what_it_lies_in_one_plane_with(one, expected):
-    assert touches(one, [BLOCK], SMALL.size_mm, 10) == expected
+def test_a_box_touches_what_it_lies_in_one_plane_with(new, expected):
+    assert touches(new, [BLOCK], SMALL.size_mm, 10) == expected
     model = ENGINES['paper'].model(Bin('b', 1, SMALL, (BLOCK,)))
-    contacts = touching(solids(model), SMALL.size_mm, one.corner_mm, one.size_mm, 10)
+    contacts = touching(solids(model), SMALL.size_mm, new.corner_mm, new.size_mm, 10)
     assert contacts == all(expected)
 
 
@@ -123,10 +123,10 @@ def test_every_box_that_is_really_placed_touches_along_x_and_y():
         if choice is None:
             target, waiting = Bin(f'{number}', 1, spec), waiting[1:]
             continue
-        one = choice.candidate.placed
-        assert all(touches(one, target.boxes, spec.size_mm, 20))
-        free = engine.best_placement(one.box, [model])
+        placement = choice.candidate.placed
+        assert all(touches(placement, target.boxes, spec.size_mm, 20))
+        free = engine.best_placement(placement.box, [model])
         apart += not all(touches(free.placed, target.boxes, spec.size_mm, 20))
-        target = Bin(target.id, 1, spec, (*target.boxes, one), revision=target.revision + 1)
-        waiting.remove(one.box)
+        target = Bin(target.id, 1, spec, (*target.boxes, placement), revision=target.revision + 1)
+        waiting.remove(placement.box)
     assert apart, 'without the constraints some box would stand apart'

@@ -26,18 +26,18 @@ def assert_within(reach, problem, candidates):
     """Each placement stands where the bounds allow its box, at a cost between them."""
     step = problem.engine.profile.resolution_mm
     numbers = {box.id: number for number, box in enumerate(problem.boxes)}
-    for one in candidates:
-        placed, number = one.placed, numbers[one.placed.box.id]
+    for candidate in candidates:
+        placed, number = candidate.placed, numbers[candidate.placed.box.id]
         x, y, z = placed.corner_mm
-        shapes = reach.grounds[one.bin_index].shapes
+        shapes = reach.grounds[candidate.bin_index].shapes
         bases = [
             low[x // step, y // step]
-            for low, shape in zip(reach.low[one.bin_index], shapes, strict=True)
+            for low, shape in zip(reach.low[candidate.bin_index], shapes, strict=True)
             if shape[0] == number and tuple(shape[2:]) == placed.size_mm
         ]
         assert min(bases) <= z
-        assert reach.least[one.bin_index, number] <= 10 * one.objective + 1e-6
-        assert 10 * one.objective <= reach.caps[number] + 1e-6
+        assert reach.least[candidate.bin_index, number] <= 10 * candidate.objective + 1e-6
+        assert 10 * candidate.objective <= reach.caps[number] + 1e-6
 
 
 @pytest.mark.parametrize('name', ENGINES)
@@ -67,6 +67,6 @@ def test_boxes_that_could_only_hold_each_other_up_can_be_nowhere():
 
 
 def test_boxes_that_differ_in_their_id_alone_are_alike():
-    one = Box('a', (100.0, 200.0, 300.0), weight_kg=2.0)
-    boxes = (one, replace(one, id='b'), replace(one, id='c', weight_kg=3.0), replace(one, id='d'))
+    box = Box('a', (100.0, 200.0, 300.0), weight_kg=2.0)
+    boxes = (box, replace(box, id='b'), replace(box, id='c', weight_kg=3.0), replace(box, id='d'))
     assert twins(boxes, (), nothing_forbidden) == ((0, 1), (1, 3))

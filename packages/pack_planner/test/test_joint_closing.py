@@ -30,7 +30,7 @@ def listed(problem):
     if listing is None:
         return None
     listing.compare()
-    goal = 10.0 * sum(one.objective for one in start)
+    goal = 10.0 * sum(candidate.objective for candidate in start)
     picks = listing.assignments(search._twins, goal, 10**6, 10**9)
     return listing, goal, *split(picks, listing.bin_of, len(problem.bins), [])[:2]
 
@@ -104,13 +104,13 @@ def test_corners_that_others_may_hold_need_no_hold_here(elsewhere):
 
 
 def test_a_large_box_that_lies_on_small_ones_of_the_look_ahead_alone_is_found():
-    found = 0
+    leaning = 0
     for seed in range(100):
         problem = tiny_problem(engine_of(PROFILE), seed, 4)
         if greedy(problem, problem.boxes) is None:
             result = search_of(problem, None).run(Budget())
-            found += result.candidates is not None and any(
-                not engine_of(PROFILE).stands(one.placed, problem.bins[one.bin_index])
-                for one in result.candidates
+            leaning += result.candidates is not None and any(
+                not engine_of(PROFILE).stands(candidate.placed, problem.bins[candidate.bin_index])
+                for candidate in result.candidates
             )
-    assert found > 2
+    assert leaning > 2

@@ -46,11 +46,13 @@ def test_a_box_that_could_only_stand_free_goes_to_another_bin(backend):
     pedestal = PlacedBox(Box('pedestal', (200.0, 150.0, 50.0)), (50, 50, 0), (200, 150, 50), 'xyz')
     bins = (Bin('a', 1, TINY, (pedestal,)), Bin('b', 2, TINY))
     box = Box('new', (200.0, 150.0, 100.0))
-    problem = Problem(engine_of(PAPER), (box,), tuple(engine_of(PAPER).model(one) for one in bins))
+    problem = Problem(
+        engine_of(PAPER), (box,), tuple(engine_of(PAPER).model(target) for target in bins)
+    )
     free, touching = solve(problem, backend), solve(replace(problem, cep=True), backend)
     assert free.proven and touching.proven
-    assert [one.bin_index for one in free.candidates] == [0]
-    assert [one.bin_index for one in touching.candidates] == [1]
+    assert [candidate.bin_index for candidate in free.candidates] == [0]
+    assert [candidate.bin_index for candidate in touching.candidates] == [1]
     assert touching.objective > free.objective
 
 

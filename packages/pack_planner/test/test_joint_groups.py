@@ -40,8 +40,8 @@ def matched(count, extra):
 
 
 @njit
-def matched_wholes(count, extra, whole, found):
-    return compiled_wholes(count, extra, whole, found)
+def matched_wholes(count, extra, whole, matches):
+    return compiled_wholes(count, extra, whole, matches)
 
 
 @njit
@@ -74,10 +74,12 @@ def assert_optimal(problem, result):
     assert result.proven
     assert joint_violations(result.candidates, problem.bins, problem.engine) == []
     assert not problem.cep or all_touch(result.candidates, problem.bins, problem.engine)
-    assert sum(one.objective for one in result.candidates) == pytest.approx(result.objective)
+    assert sum(candidate.objective for candidate in result.candidates) == pytest.approx(
+        result.objective
+    )
     bound = result.objective - 1e-6
-    found = EveryOrder(problem.engine, problem.cep).least(problem.boxes, problem.bins, bound)
-    assert found == bound
+    least = EveryOrder(problem.engine, problem.cep).least(problem.boxes, problem.bins, bound)
+    assert least == bound
 
 
 @pytest.mark.parametrize('cep', [False, True])
@@ -108,12 +110,12 @@ def test_it_agrees_with_cp_sat(cep, seed, count):
     start = poor_start(problem)
     if start is None:
         return
-    wanted, found = by_cp_sat(problem, start), grouped(problem, start)
-    assert found.proven
-    assert found.lower_bound <= wanted.objective + 1e-6
-    assert found.objective >= wanted.lower_bound - 1e-6
+    wanted, result = by_cp_sat(problem, start), grouped(problem, start)
+    assert result.proven
+    assert result.lower_bound <= wanted.objective + 1e-6
+    assert result.objective >= wanted.lower_bound - 1e-6
     if wanted.proven:
-        assert found.objective == pytest.approx(wanted.objective)
+        assert result.objective == pytest.approx(wanted.objective)
 
 
 @settings(max_examples=12, deadline=None, derandomize=True)
@@ -131,27 +133,32 @@ def test_the_optimum_holds_for_any_weights(seed, weights):
 @pytest.mark.parametrize('weights', [(1, 1, 100), (3, 1, 10), (0.3, 2.7, 1.1)])
 def test_any_weights_lead_to_the_same_optimum_from_a_poor_start(weights):
     problem = tiny_problem(Engine(coarse('paper', 50), Weights(*weights)), 4, 3)
-    wanted, found = grouped(problem, None), grouped(problem, poor_start(problem))
-    assert wanted.proven and found.proven
-    assert found.objective == pytest.approx(wanted.objective)
+    wanted, result = grouped(problem, None), grouped(problem, poor_start(problem))
+    assert wanted.proven and result.proven
+    assert result.objective == pytest.approx(wanted.objective)
 
 
 def test_a_refused_position_is_in_no_solution():
     problem = tiny_problem(ENGINES['paper'], 2, 3)
     first = grouped(problem, poor_start(problem))
-    zones = tuple(Zone(one.placed.orientation, one.placed.corner_mm) for one in first.candidates)
+    zones = tuple(
+        Zone(candidate.placed.orientation, candidate.placed.corner_mm)
+        for candidate in first.candidates
+    )
     barred = replace(problem, forbidden=lambda _box, _bin: zones)
-    found = grouped(barred, poor_start(barred))
-    assert found.proven
-    for one in found.candidates:
+    result = grouped(barred, poor_start(barred))
+    assert result.proven
+    for candidate in result.candidates:
         for zone in zones:
-            x, y, z = (a - b for a, b in zip(one.placed.corner_mm, zone.corner_mm, strict=True))
+            x, y, z = (
+                a - b for a, b in zip(candidate.placed.corner_mm, zone.corner_mm, strict=True)
+            )
             assert (
-                one.placed.orientation != zone.orientation
+                candidate.placed.orientation != zone.orientation
                 or z != 0
                 or max(abs(x), abs(y)) >= REFUSED_RADIUS_MM
             )
-    assert found.objective == pytest.approx(by_cp_sat(barred).objective)
+    assert result.objective == pytest.approx(by_cp_sat(barred).objective)
 
 
 def test_nothing_is_compiled_after_the_warm_up():
@@ -177,7 +184,7 @@ def test_a_search_cut_short_keeps_its_start_and_a_bound_that_holds():
             short = grouped(problem, start, budget)
             assert short.nodes <= 50
             assert short.lower_bound <= best.objective + 1e-6 <= short.objective + 2e-6
-            assert short.objective <= sum(one.objective for one in start) + 1e-9
+            assert short.objective <= sum(candidate.objective for candidate in start) + 1e-9
             cut += not short.proven
     assert cut > 3
 
@@ -241,21 +248,21 @@ def test_two_options_hold_up_what_none_of_them_could_alone():
 
 def every_assignment(starts, costs, extra, _behind, rank, twin, leans, holds, needed, upper):
     """The same by trying all, for :func:`test_no_assignment_is_missed_and_none_too_many`."""
-    found = set()
+    picks = set()
     for pick in product(*(range(a, b) for a, b in pairwise(starts.tolist()))):
         chosen = list(pick)
         held = all(holds[o, chosen].sum() >= needed for o in chosen if leans[o])
         ordered = all(t < 0 or rank[pick[t]] <= rank[o] for t, o in zip(twin, pick, strict=True))
         pays = extra[np.ix_(chosen, chosen)].copy()
         if held and ordered and costs[chosen].sum() + matched(len(pick), pays) < upper - 1e-6:
-            found.add(pick)
-    return found
+            picks.add(pick)
+    return picks
 
 
 @pytest.mark.parametrize('count', [1, 2, 3, 4, 5])
 def test_no_assignment_is_missed_and_none_too_many(count):
     random = np.random.default_rng(count)
-    some = 0
+    total = 0
     for _ in range(40):
         sizes = random.integers(1, 6, count)
         starts = np.concatenate([[0], np.cumsum(sizes)])
@@ -277,21 +284,21 @@ def test_no_assignment_is_missed_and_none_too_many(count):
         wanted = every_assignment(*given, needed, upper)
         assert len(picks) == len(wanted)
         assert {tuple(pick) for pick in picks} == wanted
-        some += len(wanted)
+        total += len(wanted)
         if len(wanted) > 1:
             most = len(wanted) - 1
             assert len(assignments(*about, most, 10**7, GO_ON)) == len(wanted)
             assert len(assignments(*about, most, 10**7, ~GO_ON)) > most
-    assert some > 40
+    assert total > 40
 
 
 def least_by_trying(pays, count):
     """What boxes pay at least, by all ways to say who of each pair goes behind."""
-    found = np.inf
+    least = np.inf
     for ways in product((0, 1), repeat=len(pays)):
         asked = [pays[n, way] for n, way in enumerate(ways)]
-        found = min(found, np.max([np.zeros(count), *asked], axis=0).sum())
-    return found
+        least = min(least, np.max([np.zeros(count), *asked], axis=0).sum())
+    return least
 
 
 @pytest.mark.parametrize('count', [2, 3, 4, 5])
@@ -300,9 +307,9 @@ def test_of_two_boxes_that_meet_one_goes_behind_and_pays_once_for_all_before_it(
     for _ in range(60):
         pairs = int(random.integers(0, count * (count - 1) // 2 + 1))
         room = room_for(count)
-        some = random.choice([0.0, 0.0, 3.0, 4.0, 10.0, 1e18], (pairs, 2, count))
-        room[0][:pairs] = some
-        wanted = least_by_trying(some, count)
+        pays = random.choice([0.0, 0.0, 3.0, 4.0, 10.0, 1e18], (pairs, 2, count))
+        room[0][:pairs] = pays
+        wanted = least_by_trying(pays, count)
         most = float(random.choice([5.0, 20.0, np.inf]))
         assert least_behind(count, pairs, most, room) == min(wanted, most)
 
@@ -342,13 +349,13 @@ def test_a_box_holds_no_more_corners_than_it_is_large():
 @given(seed=st.integers(0, 10**6), count=st.integers(2, 4))
 def test_without_a_known_solution_it_finds_one_or_proves_there_is_none(cep, seed, count):
     problem = replace(tiny_problem(ENGINES['paper'], seed, count), cep=cep)
-    wanted, found = by_cp_sat(problem), grouped(problem, None)
-    assert found.lower_bound <= wanted.objective + 1e-6
-    if found.proven and wanted.proven:
-        assert found.objective == pytest.approx(wanted.objective)
-    if found.candidates is not None:
-        assert joint_violations(found.candidates, problem.bins, problem.engine) == []
-        assert found.objective >= wanted.lower_bound - 1e-6
+    wanted, result = by_cp_sat(problem), grouped(problem, None)
+    assert result.lower_bound <= wanted.objective + 1e-6
+    if result.proven and wanted.proven:
+        assert result.objective == pytest.approx(wanted.objective)
+    if result.candidates is not None:
+        assert joint_violations(result.candidates, problem.bins, problem.engine) == []
+        assert result.objective >= wanted.lower_bound - 1e-6
 
 
 @pytest.mark.parametrize('weights', [(0, 0, 0), (0, 0, 1), (0, 1, 0)])
@@ -363,12 +370,12 @@ def test_boxes_that_do_not_fit_together_are_proven_not_to():
     proven = 0
     for seed in range(240):
         problem = tiny_problem(ENGINES['paper'], seed, 4)
-        found = grouped(problem, None)
-        assert found.proven
-        if found.candidates is None:
+        result = grouped(problem, None)
+        assert result.proven
+        if result.candidates is None:
             wanted = by_cp_sat(problem)
             assert wanted.candidates is None
-            assert found.lower_bound == np.inf
+            assert result.lower_bound == np.inf
             proven += wanted.proven
     assert proven > 3
 

@@ -34,7 +34,7 @@ def assert_optimal(problem, result):
     assert result.proven
     if result.candidates is not None:
         assert joint_violations(result.candidates, problem.bins, problem.engine) == []
-        total = sum(one.objective for one in result.candidates)
+        total = sum(candidate.objective for candidate in result.candidates)
         assert total == pytest.approx(result.objective)
     bound = result.objective - 1e-6
     assert EveryOrder(problem.engine).least(problem.boxes, problem.bins, bound) == bound
@@ -72,25 +72,28 @@ def test_search_cp_sat_and_milp_agree(name, seed):
     engine = ENGINES[name]
     rng = random.Random(seed)
     bins = [random_bin(engine, rng, rng.choice((0, 3, 8)), 'a'), random_bin(engine, rng, 4, 'b')]
-    models = tuple(engine.model(one) for one in bins[: 1 + seed % 2])
+    models = tuple(engine.model(target) for target in bins[: 1 + seed % 2])
     problem = Problem(engine, tuple(random_box(rng, f'new-{k}') for k in range(2)), models)
     start = greedy(problem, by_volume(problem.boxes)) if seed % 3 else None
     wanted = search(problem, start)
     assert wanted.proven
     for backend in ('cp_sat', 'milp'):
-        found = solve_joint(
+        result = solve_joint(
             engine, problem.boxes, models, problem.forbidden, start, backend, budget_s=30.0
         )
-        assert found.proven, backend
-        assert found.objective == pytest.approx(wanted.objective), backend
-        if found.candidates is not None:
-            assert joint_violations(found.candidates, models, engine) == []
+        assert result.proven, backend
+        assert result.objective == pytest.approx(wanted.objective), backend
+        if result.candidates is not None:
+            assert joint_violations(result.candidates, models, engine) == []
 
 
 def test_a_refused_position_is_in_no_joint_solution():
     problem = tiny_problem(ENGINES['paper'], 2, 3)
     first = search(problem)
-    zones = tuple(Zone(one.placed.orientation, one.placed.corner_mm) for one in first.candidates)
+    zones = tuple(
+        Zone(candidate.placed.orientation, candidate.placed.corner_mm)
+        for candidate in first.candidates
+    )
     barred = replace(problem, forbidden=lambda _box, _bin: zones)
     objectives = set()
     for result in (
@@ -102,13 +105,13 @@ def test_a_refused_position_is_in_no_joint_solution():
         assert result.proven
         assert result.objective >= first.objective
         objectives.add(round(result.objective, 6))
-        for one in result.candidates:
+        for candidate in result.candidates:
             for zone in zones:
                 near = all(
-                    abs(one.placed.corner_mm[axis] - zone.corner_mm[axis]) < REFUSED_RADIUS_MM
+                    abs(candidate.placed.corner_mm[axis] - zone.corner_mm[axis]) < REFUSED_RADIUS_MM
                     for axis in (0, 1)
                 )
-                same = (one.placed.orientation, one.placed.corner_mm[2]) == (
+                same = (candidate.placed.orientation, candidate.placed.corner_mm[2]) == (
                     zone.orientation, zone.corner_mm[2],
                 )  # fmt: skip
                 assert not (near and same)
@@ -126,7 +129,7 @@ def test_a_cut_short_search_keeps_its_start_and_says_what_is_proven():
         assert short.nodes <= 3
         assert short.lower_bound <= best.objective + 1e-6 <= short.objective + 2e-6
         assert (short.gap > 0) != short.proven
-        assert short.objective <= sum(one.objective for one in start)
+        assert short.objective <= sum(candidate.objective for candidate in start)
         cut += not short.proven
     assert cut > 3
 
@@ -139,6 +142,9 @@ def test_the_start_is_never_worse_than_mpack_lite(seed):
     best = best_incumbent(problem, problem.boxes, Budget())
     if lite is not None:
         assert best is not None
-        assert sum(one.objective for one in best) <= sum(one.objective for one in lite) + 1e-9
+        assert (
+            sum(candidate.objective for candidate in best)
+            <= sum(candidate.objective for candidate in lite) + 1e-9
+        )
     if best is not None:
         assert joint_violations(best, problem.bins, problem.engine) == []

@@ -63,7 +63,7 @@ def test_the_joint_objective_is_never_above_that_of_mpack_lite_and_often_below()
         if lite is None or joint is None:
             continue
         compared += 1
-        total = sum(one.objective for one in lite)
+        total = sum(candidate.objective for candidate in lite)
         assert joint <= total + 1e-3
         better += joint < total - 1e-3
     assert compared > 10 and better > 2

@@ -127,7 +127,9 @@ def test_a_refused_placement_is_followed_by_another_one(domain):
     with cell(domain, boxes(1), script=script) as peers:
         peers.send_all()
         peers.goals.wait(3)
-        tried = [(one.orientation, one.corner_mm) for _, one in peers.goals.items[:3]]
+        tried = [
+            (decision.orientation, decision.corner_mm) for _, decision in peers.goals.items[:3]
+        ]
     for (turn, corner), (other_turn, other) in itertools.combinations(tried, 2):
         apart = max(abs(a - b) for a, b in zip(corner, other, strict=True))
         assert turn != other_turn or apart >= 100

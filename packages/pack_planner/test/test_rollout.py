@@ -32,7 +32,7 @@ def decide(engine, boxes, *bins, **more):
     return find_algorithm('rollout')(Problem(engine, tuple(boxes), models, **more))
 
 
-def beside_by_cells(one, target):
+def beside_by_cells(placement, target):
     """Touched share of the sides and level share of the border, centimetre by centimetre."""
     length, breadth, _ = target.spec.size_mm
     heights = np.zeros((length // 10 + 2, breadth // 10 + 2))
@@ -41,7 +41,7 @@ def beside_by_cells(one, target):
         part = heights[x0 // 10 + 1 : x1 // 10 + 1, y0 // 10 + 1 : y1 // 10 + 1]
         np.maximum(part, top, out=part)
     heights[0], heights[-1], heights[:, 0], heights[:, -1] = [1e9] * 4
-    (x0, y0, z), (x1, y1, top) = one.corner_mm, one.far_mm
+    (x0, y0, z), (x1, y1, top) = placement.corner_mm, placement.far_mm
     i0, j0, i1, j1 = x0 // 10 + 1, y0 // 10 + 1, x1 // 10 + 1, y1 // 10 + 1
     border = np.concatenate(
         [heights[i0 - 1, j0:j1], heights[i1, j0:j1], heights[i0:i1, j0 - 1], heights[i0:i1, j1]]
@@ -69,8 +69,8 @@ def test_a_box_goes_where_it_fits_snugly(paper):
     # a slot of 120 mm between two blocks, and a lot of open floor behind them
     left, right = placed('l', (0, 0, 0), (240, 200, 300)), placed('r', (360, 0, 0), (240, 200, 300))
     choice = decide(paper, [Box('new', (120.0, 150.0, 140.0))], Bin('b', 1, SMALL, (left, right)))
-    one = choice.candidate.placed
-    assert (one.corner_mm[:2], one.size_mm[0]) == ((240, 0), 120)
+    placement = choice.candidate.placed
+    assert (placement.corner_mm[:2], placement.size_mm[0]) == ((240, 0), 120)
 
 
 def test_a_first_move_is_judged_by_what_becomes_of_the_other_boxes(paper):

@@ -239,7 +239,7 @@ def assignments(  # type: ignore[no-untyped-def]
 
     Returns
     -------
-    picks : options, (found, boxes); one more than ``most`` rows if there are more, or if there are
+    picks : options, (picked, boxes); one more than ``most`` rows if there are more, or if there are
         too many options to look at, or no time.
     """
     count = len(starts) - 1
@@ -253,7 +253,7 @@ def assignments(  # type: ignore[no-untyped-def]
     pay, need = np.zeros((count, widest)), np.zeros((count, widest))
     lack = np.zeros(widest, np.int8)
     spent = np.zeros(count + 1)
-    found, depth, new = 0, 0, True
+    picked, depth, new = 0, 0, True
     while depth >= 0:
         if stop[0]:
             return np.empty((most + 1, count), np.int64)
@@ -263,15 +263,15 @@ def assignments(  # type: ignore[no-untyped-def]
             alone = _in_the_air(pick[:depth], leans, holds, needed)
         if alone >= 0:
             # only what holds this one up may be the last, and that is little
-            some = later.holders[later.begin[alone] : later.begin[alone + 1]]
-            visits -= _DEAR * len(some)
-            while found + len(some) > len(picks):
+            holders = later.holders[later.begin[alone] : later.begin[alone + 1]]
+            visits -= _DEAR * len(holders)
+            while picked + len(holders) > len(picks):
                 picks = np.concatenate((picks, np.empty_like(picks)))
-            found += _end_with(
-                some, room, pick, costs, extra, behind, rank, twin[depth], leans, holds, needed,
-                pays, matches, room_behind, picks[found:],
+            picked += _end_with(
+                holders, room, pick, costs, extra, behind, rank, twin[depth], leans, holds, needed,
+                pays, matches, room_behind, picks[picked:],
             )  # fmt: skip
-            if found > most or visits < 0:
+            if picked > most or visits < 0:
                 return np.empty((most + 1, count), np.int64)
             depth, new = depth - 1, False
             continue
@@ -309,13 +309,13 @@ def assignments(  # type: ignore[no-untyped-def]
             depth += 1
             new = True
             continue
-        if found == len(picks):
+        if picked == len(picks):
             picks = np.concatenate((picks, np.empty_like(picks)))
-        picks[found] = pick
-        found += 1
-        if found > most:
+        picks[picked] = pick
+        picked += 1
+        if picked > most:
             break
-    return picks[:found]
+    return picks[:picked]
 
 
 @entry

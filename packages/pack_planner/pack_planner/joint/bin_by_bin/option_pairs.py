@@ -22,7 +22,7 @@ def suffix_least(profile: Cells) -> NDArray[np.int32]:
 
 def pair_costs(
     rows: Ints, by_x: Cells, by_y: Cells, sizes: Ints, span: Ints, box: Ints, cost: Floats,
-    flat: Floats, w1: float, limits: Floats, at: Ints, found: Floats, behind: Floats, stop: Flags,
+    flat: Floats, w1: float, limits: Floats, at: Ints, extra: Floats, behind: Floats, stop: Flags,
 ) -> None:  # fmt: skip
     """What two options in one bin must pay on top of their least costs.
 
@@ -35,7 +35,7 @@ def pair_costs(
     box, cost, flat : of each option: its box, its least cost, what of it is not w1 (x + y).
     limits : for two boxes, the most that both may cost together; infinite stands for more.
     at : numbers of the options in what follows.
-    found : becomes what both pay together.
+    extra : becomes what both pay together.
     behind : becomes what the one pays when it goes behind the other, [behind, in front].
     stop : what is not looked at once this is raised pays nothing, see :mod:`.budget`.
     """
@@ -52,7 +52,7 @@ def pair_costs(
     first = (profiles[0] < FAR).argmax(axis=1), (profiles[1] < FAR).argmax(axis=1)
     _pair_costs(
         numbers.reshape(rows.shape), *profiles, *after, first, sizes[used], span, box, cost, flat,
-        w1, limits, at, found, behind, stop,
+        w1, limits, at, extra, behind, stop,
     )  # fmt: skip
 
 
@@ -69,7 +69,7 @@ def _beside(first, after, wide, best):  # type: ignore[no-untyped-def]
 
 @entry
 def _pair_costs(  # type: ignore[no-untyped-def]
-    rows, by_x, by_y, after_x, after_y, first, sizes, span, box, cost, flat, w1, limits, at, found,
+    rows, by_x, by_y, after_x, after_y, first, sizes, span, box, cost, flat, w1, limits, at, extra,
     behind, stop,
 ):  # fmt: skip
     """See :func:`pair_costs`; ``first`` is the first cell of each row along x, and along y."""
@@ -110,4 +110,4 @@ def _pair_costs(  # type: ignore[no-untyped-def]
                 behind[at[k], at[i]] = max(0.0, flat[k] + w1 * after_k - cost[k])
                 least = max(least, flat[i] + flat[k] + w1 * best) if best < worst else np.inf
             pays = least - cost[i] - cost[k] if least < limit else np.inf
-            found[at[i], at[k]] = found[at[k], at[i]] = max(0.0, pays)
+            extra[at[i], at[k]] = extra[at[k], at[i]] = max(0.0, pays)

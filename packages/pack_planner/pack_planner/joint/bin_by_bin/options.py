@@ -153,13 +153,13 @@ def _faces(shapes: Ints, plain: Sequence[bool]) -> Ints:
 
     Of a ``plain`` box any orientation that takes the same space will do.
     """
-    found: dict[tuple[int, ...], list[int]] = {}
+    alike: dict[tuple[int, ...], list[int]] = {}
     for s, (box, number, wide, deep, dz) in enumerate(shapes.tolist()):
         key = (box, min(wide, deep), max(wide, deep), dz, -1 if plain[box] else number)
-        same = found.setdefault(key, [])
-        if all(shapes[o, 2] != wide for o in same):
-            same.append(s)
-    faces = [(*same, -1)[:2] for _, same in sorted(found.items())]
+        turns = alike.setdefault(key, [])
+        if all(shapes[o, 2] != wide for o in turns):
+            turns.append(s)
+    faces = [(*turns, -1)[:2] for _, turns in sorted(alike.items())]
     return np.array(faces, np.int64).reshape(-1, 2)
 
 

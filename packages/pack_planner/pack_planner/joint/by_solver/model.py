@@ -134,14 +134,14 @@ class JointModel:
         """Placed boxes that one can stand on or has to stay clear of."""
         model = self.bins[j]
         tolerance = self.engine.profile.support_tolerance_mm
-        found = []
+        visible = []
         for row in model.boxes.tolist():
             x0, y0, x1, y1, top = row
             inside_x = (model.columns[:-1] < x1) & (model.columns[1:] > x0)
             inside_y = (model.rows[:-1] < y1) & (model.rows[1:] > y0)
             if (model.height[inside_x][:, inside_y] <= top + tolerance).any():
-                found.append((x0, y0, x1, y1, top))
-        return found
+                visible.append((x0, y0, x1, y1, top))
+        return visible
 
     def _keep_out(self, own: BoxVariables, j: int) -> None:
         """Not near a refused position at the same height and turn."""
@@ -270,7 +270,7 @@ class JointModel:
 
     def read(self, values: Sequence[int]) -> tuple[Candidate, ...]:
         """The placements of a solution, in an order in which they can be made."""
-        found = []
+        candidates = []
         for own in self._vars:
             turn = next(name for name, v in own.turns.items() if values[v])
             index = next(j for j, v in own.bins.items() if values[v])
@@ -279,8 +279,8 @@ class JointModel:
                 values[own.low[2]],
             )  # fmt: skip
             placed = PlacedBox(own.box, corner, own.sizes[turn], turn)
-            found.append(Candidate(placed, index, self.engine.objective(placed, index)))
-        return tuple(sorted(found, key=lambda c: c.placed.corner_mm[2]))
+            candidates.append(Candidate(placed, index, self.engine.objective(placed, index)))
+        return tuple(sorted(candidates, key=lambda c: c.placed.corner_mm[2]))
 
     def rule_out(self, candidates: Sequence[Candidate]) -> None:
         """Never this arrangement of these boxes again."""
