@@ -226,6 +226,26 @@ def arm() -> Figure:
     return figure
 
 
+def execution() -> Figure:
+    """Fill of the bins that the arm packs, by profile and algorithm."""
+    figure = Figure(figsize=(11, 3.0), layout='constrained')
+    axes = figure.subplots()
+    table = read_table('execution', '| bin | profile, algorithm')
+    bins = list(dict.fromkeys(row['bin'] for row in table))
+    names = list(dict.fromkeys(row['profile, algorithm'] for row in table))
+    fills = {
+        (row['bin'], row['profile, algorithm']): first(row['closed fill, % (bins)'])
+        for row in table
+    }
+    bars(axes, bins, {
+        name.replace('`', ''): [fills[kind, name] for kind in bins] for name in names
+    })  # fmt: skip
+    axes.set_ylabel('fill of closed bins, %')
+    axes.set_ylim(0, 100)
+    axes.legend(ncols=3)
+    return figure
+
+
 def front_grasps() -> Figure:
     """What boxes taken by the front change in fill and in cycle time."""
     figure = Figure(figsize=(11, 3.2), layout='constrained')
@@ -306,7 +326,7 @@ def scan_delay() -> Figure:
 
 FIGURES = (
     paper, mpack, proofs, rules, backends,
-    arm, front_grasps, scanner_error, destinations, scan_delay,
+    arm, execution, front_grasps, scanner_error, destinations, scan_delay,
 )  # fmt: skip
 
 

@@ -28,7 +28,8 @@ TIPS = placed('tips', (454.3, 314.4, 92.7), (550, 30, 201), (470, 330, 93))
 
 
 def test_a_box_on_a_strip_of_reserved_air_tips_over():
-    assert list(violations(TIPS, [STRIP, SIDE], parse_bin('LDC'), CELL)) == []
+    by_plan = replace(CELL, stability_margin_mm=None)
+    assert list(violations(TIPS, [STRIP, SIDE], parse_bin('LDC'), by_plan)) == []
     [error] = footing_errors(TIPS, [STRIP, SIDE], CELL)
     assert "'tips' would tip over on 'side'" in error
 
@@ -53,11 +54,28 @@ def test_a_box_does_not_stand_on_tops_that_turned_out_lower():
     higher = placed(
         'high', (302.1, 220.1, 267.7), (0, 410, 360), (320, 230, 268), (160.2, 524.6, 492.5)
     )
+    posts = [
+        placed('a', (395.9, 296.7, 478.0), (0, 0, 0), (410, 310, 478), (204.6, 153.9, 239.0)),
+        placed('b', (302.1, 220.1, 360.0), (0, 410, 0), (320, 230, 360), (160.2, 524.6, 180.0)),
+    ]
     leans = placed('leans', (308.6, 308.6, 151.6), (0, 200, 628), (320, 320, 152))
-    assert len(footing_errors(leans, [lower, higher], CELL)) == 1
+    assert len(footing_errors(leans, [*posts, lower, higher], CELL)) == 1
     level = replace(lower, measured_mm=(204.6, 153.9, 551.0))
-    assert footing_errors(leans, [level, higher], CELL) == []
+    assert footing_errors(leans, [*posts, level, higher], CELL) == []
 
 
 def test_rules_that_know_no_centre_of_mass_ask_for_nothing():
     assert footing_errors(TIPS, [STRIP, SIDE], PROFILES['paper']) == []
+
+
+def test_a_box_does_not_stand_on_the_free_corner_of_a_lighter_one():
+    """Each of the two rests well by itself; what they stand on is followed down to the floor."""
+    posts = [
+        placed('a', (100.0, 300.0, 100.0), (0, 0, 0), (100, 300, 100)),
+        placed('b', (200.0, 100.0, 100.0), (100, 0, 0), (200, 100, 100)),
+    ]
+    light = placed('light', (300.0, 300.0, 100.0), (0, 0, 100), (300, 300, 100))
+    heavy = placed('heavy', (100.0, 100.0, 100.0), (200, 200, 200), (100, 100, 100))
+    assert footing_errors(light, posts, CELL) == []
+    [error] = footing_errors(heavy, [*posts, light], CELL)
+    assert "'heavy' would tip over on 'light'" in error

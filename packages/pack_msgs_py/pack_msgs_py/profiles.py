@@ -25,6 +25,11 @@ class Profile:
     com_margin_mm : least distance of the centre of mass from the edge of the support polygon;
         ``None`` switches the rule off. Not asked of a box on the floor.
     min_support_share : least share of the base area that rests on something, 0 to 1.
+    stability_margin_mm : least distance of the centre of mass from the edge of the bearing polygon,
+        which is what carries a box all the way down (:mod:`pack_msgs_py.statics`); ``None``
+        switches the rule off. Not asked of a box on the floor.
+    bearing_inset_mm : how far the edges of a box may lie further in than its scanned size in the
+        middle of its reserved space, by the errors of scanner and arm; for the bearing polygon.
     max_payload_kg : heaviest box the arm may lift; ``None`` for no limit.
     max_bin_weight_kg : heaviest total of a bin; ``None`` for no limit.
     check_top_load : whether ``Box.max_top_load_n`` is honoured down the stack.
@@ -41,6 +46,8 @@ class Profile:
     support_tolerance_mm: int = 0
     com_margin_mm: float | None = None
     min_support_share: float = 0.0
+    stability_margin_mm: float | None = None
+    bearing_inset_mm: float = 0.0
     max_payload_kg: float | None = None
     max_bin_weight_kg: float | None = None
     check_top_load: bool = False
@@ -68,6 +75,24 @@ PROFILES: dict[str, Profile] = {
         support_tolerance_mm=2,
         com_margin_mm=15.0,
         min_support_share=0.5,
+        stability_margin_mm=5.0,
+        bearing_inset_mm=5.0,
+        max_payload_kg=20.0,
+        max_bin_weight_kg=500.0,
+        check_top_load=True,
+        size_sigmas=2.0,
+    ),
+    # Support by mechanics instead of vertices, and the tightest margins that physics confirms.
+    'dense': Profile(
+        'dense',
+        resolution_z_mm=1,
+        clearance_mm=4.0,
+        orientations='upright',
+        min_vertices=0,
+        support_tolerance_mm=2,
+        min_support_share=0.6,
+        stability_margin_mm=15.0,
+        bearing_inset_mm=5.0,
         max_payload_kg=20.0,
         max_bin_weight_kg=500.0,
         check_top_load=True,

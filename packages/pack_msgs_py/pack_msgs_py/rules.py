@@ -14,7 +14,11 @@ from pack_msgs_py.geometry.footprint import planned_footprint
 from pack_msgs_py.geometry.polygon import Rect, hull_distance, overlap
 from pack_msgs_py.orientation import ORIENTATIONS, orientation_allowed
 from pack_msgs_py.profiles import Profile, planned_size
+from pack_msgs_py.statics import planned_bearing, supporters
 from pack_msgs_py.values import BinSpec, Box, PlacedBox
+
+#: Polygons of carried support are snapped to a micrometre.
+STABILITY_TOLERANCE_MM = 0.01
 
 GRAVITY = 9.80665  # m/s2, standard gravity (ISO 80000-3)
 
@@ -31,6 +35,7 @@ class Rule(str, Enum):
     ORIENTATION = 'orientation'
     CENTRE_OF_MASS = 'centre_of_mass'
     SUPPORT_SHARE = 'support_share'
+    STABILITY = 'stability'
     PAYLOAD = 'payload'
     BIN_WEIGHT = 'bin_weight'
     TOP_LOAD = 'top_load'
@@ -48,17 +53,6 @@ class Violation:
 
     def __str__(self) -> str:
         return f'box {self.box_id!r} breaks {self.rule.value}: {self.message}'
-
-
-def supporters(placed: PlacedBox, others: Sequence[PlacedBox], tolerance: int) -> list[PlacedBox]:
-    """Boxes that share area with the base and whose tops lie at most ``tolerance`` mm under it."""
-    base = placed.corner_mm[2]
-    return [
-        other
-        for other in others
-        if 0 <= base - other.top_mm <= tolerance
-        and overlap(planned_footprint(placed), planned_footprint(other)) is not None
-    ]
 
 
 def supported_vertices(
@@ -243,6 +237,16 @@ def _support(
             Rule.SUPPORT_SHARE,
             f'{share:.0%} of the base rests, {profile.min_support_share:.0%} needed',
         )
+    if profile.stability_margin_mm is not None:
+        bearing = planned_bearing(others, profile)
+        inside = bearing.stability_mm(placed, centre_of_mass(placed))
+        if inside < profile.stability_margin_mm - STABILITY_TOLERANCE_MM:
+            yield Violation(
+                placed.box.id,
+                Rule.STABILITY,
+                f'centre of mass lies {inside:.1f} mm inside what carries it down to the floor, '
+                f'{profile.stability_margin_mm:g} mm needed',
+            )
 
 
 def centre_of_mass(placed: PlacedBox) -> tuple[float, float]:

@@ -87,6 +87,11 @@ PROFILE_CASES = {
     'cell-any': coarse('cell', 20, orientations='any'),
     'share-only': coarse('paper', 20, min_support_share=0.8),
     'com-only': coarse('paper', 20, com_margin_mm=30.0),
+    'dense': coarse('dense', 20),
+    'dense-any': coarse('dense', 20, orientations='any', min_support_share=0.0),
+    'stability-only': coarse(
+        'paper', 20, min_vertices=0, stability_margin_mm=0.0, bearing_inset_mm=0.0
+    ),
 }
 ENGINES = Engines(PROFILE_CASES)
 

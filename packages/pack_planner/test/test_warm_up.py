@@ -53,7 +53,10 @@ print({key: count for key, count in compiled().items() if count != before.get(ke
 @pytest.mark.slow
 @pytest.mark.parametrize('profile', PROFILES)
 def test_nothing_is_compiled_in_a_decision(profile):
-    names = 'mpack_lite,mpack,rollout,o_first_fit,o_jampack,walle,heightmap_min,best_short_side_fit'
+    names = (
+        'mpack_lite,mpack,rollout,foresight,o_first_fit,o_jampack,walle,heightmap_min,'
+        'best_short_side_fit'
+    )
     probe = subprocess.run(
         [sys.executable, '-c', _PROBE, names, profile], capture_output=True, text=True, check=True
     )

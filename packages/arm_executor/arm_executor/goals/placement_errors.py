@@ -15,11 +15,12 @@ from collections.abc import Sequence
 from arm_executor.bins.records import placed_of
 from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.geometry.footprint import measured_footprint, true_size
-from pack_msgs_py.geometry.polygon import hull_distance, overlap
+from pack_msgs_py.geometry.polygon import overlap
 from pack_msgs_py.geometry.pose import Pose, Quaternion, rotation_matrix
 from pack_msgs_py.geometry.resting import measured_top_mm, rest_height_mm
 from pack_msgs_py.profiles import Profile
-from pack_msgs_py.rules import centre_of_mass, supporters, violations
+from pack_msgs_py.rules import centre_of_mass, violations
+from pack_msgs_py.statics import Bearing, supporters
 from pack_msgs_py.values import Bin, PlacedBox, Vec3
 
 #: A box may be turned so far from the orientation that was planned.
@@ -96,23 +97,32 @@ def orientation_error(quaternion: Quaternion, orientation: str) -> float:
 
 
 def footing_errors(placed: PlacedBox, others: Sequence[PlacedBox], profile: Profile) -> list[str]:
-    """Why ``placed`` would not stand firmly on ``others``; nothing where no rule asks for it."""
-    if placed.corner_mm[2] == 0 or profile.com_margin_mm is None:
+    """Why ``placed`` would not stand firmly on ``others``; nothing where no rule asks for it.
+
+    What carries it is followed down to the floor (:mod:`pack_msgs_py.statics`).
+    """
+    asked = (profile.com_margin_mm, profile.stability_margin_mm)
+    if placed.corner_mm[2] == 0 or asked == (None, None):
         return []
-    base = measured_footprint(placed)
-    below = [
-        (measured_top_mm(other), other, contact)
-        for other in supporters(placed, others, profile.support_tolerance_mm)
-        if (contact := overlap(base, measured_footprint(other))) is not None
-    ]
-    highest_mm = max((top_mm for top_mm, _, _ in below), default=0.0)
-    carrying = [entry for entry in below if entry[0] >= highest_mm - LEVEL_MM]
-    inside = hull_distance([contact for _, _, contact in carrying], centre_of_mass(placed))
+
+    def carriers(upper: PlacedBox, boxes: Sequence[PlacedBox]) -> list[PlacedBox]:
+        return _level(upper, supporters(upper, boxes, profile.support_tolerance_mm))
+
+    bearing = Bearing(others, measured_footprint, carriers)
+    inside = bearing.stability_mm(placed, centre_of_mass(placed))
     if inside >= LEAST_MARGIN_MM:
         return []
-    names = ', '.join(repr(other.box.id) for _, other, _ in carrying) or 'nothing'
+    names = ', '.join(repr(other.box.id) for other in carriers(placed, others)) or 'nothing'
     text = (
         f'box {placed.box.id!r} would tip over on {names}: by measured sizes its centre of mass '
         f'lies {inside:.1f} mm inside what carries it, {LEAST_MARGIN_MM:g} mm are needed'
     )
     return [text]
+
+
+def _level(upper: PlacedBox, below: Sequence[PlacedBox]) -> list[PlacedBox]:
+    """Those of ``below`` that really lie under ``upper``, and high enough to carry it."""
+    base = measured_footprint(upper)
+    under = [other for other in below if overlap(base, measured_footprint(other)) is not None]
+    highest_mm = max(map(measured_top_mm, under), default=0.0)
+    return [other for other in under if measured_top_mm(other) >= highest_mm - LEVEL_MM]

@@ -38,7 +38,7 @@ from pack_msgs_py.values import BIN_KINDS, BinSpec
 from pack_planner.algorithms import BUILT_IN
 
 #: Error of the scanner by profile: what one can buy, and none, as in the paper.
-SCAN_SIGMA_MM = {'cell': 2.0, 'paper': 0.0}
+SCAN_SIGMA_MM = {'cell': 2.0, 'dense': 2.0, 'paper': 0.0}
 #: Orientation rule of planner and executor by the faces that the arm takes boxes by.
 GRASP_FACES = {'top': 'upright', 'any': 'upright_or_front_up'}
 #: What else is off when the sizes are, in kilograms and degrees.
@@ -129,7 +129,7 @@ class RunOptions:
         in_summary=True,
     )
     algorithm: str = option(
-        'mpack_lite',
+        'rollout',
         'packing algorithm',
         _DECIDE,
         read=algorithm_name,
@@ -142,7 +142,8 @@ class RunOptions:
     )
     profile: str = option(
         DEFAULT_PROFILE,
-        'packing rules: cell has the margins that an arm needs, paper has none',
+        'packing rules: cell has the margins that an arm needs, paper has none; dense fills most: '
+        'boxes stand by mechanics instead of on three corners',
         _DECIDE,
         read=OneOf(lambda: tuple(PROFILES)),
         parameters=('planner.profile', 'arm_executor.profile'),

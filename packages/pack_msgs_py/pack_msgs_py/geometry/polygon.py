@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 Rect = tuple[float, float, float, float]
 Point = tuple[float, float]
+#: Corners, counter-clockwise.
+Polygon = list[Point]
 
 
 def overlap(a: Rect, b: Rect) -> Rect | None:
@@ -16,7 +18,7 @@ def overlap(a: Rect, b: Rect) -> Rect | None:
     return (x0, y0, x1, y1) if x0 < x1 and y0 < y1 else None
 
 
-def convex_hull(points: Iterable[Point]) -> list[Point]:
+def convex_hull(points: Iterable[Point]) -> Polygon:
     """Corners of the convex hull, counter-clockwise, by Andrew's monotone chain (1979)."""
     ordered = sorted(set(points))
     if len(ordered) < 3:
@@ -38,6 +40,50 @@ def _cross(o: Point, a: Point, b: Point) -> float:
     return (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0])
 
 
+def distance_inside(polygon: Sequence[Point], point: Point) -> float:
+    """Signed distance of ``point`` from the boundary of a convex ``polygon``, positive inside.
+
+    ``polygon`` is counter-clockwise with at least three corners.
+    """
+    return min(
+        _cross(a, b, point) / math.dist(a, b)
+        for a, b in zip(polygon, (*polygon[1:], polygon[0]), strict=True)
+    )
+
+
+def area(polygon: Sequence[Point]) -> float:
+    """Area of a polygon, positive when its corners go counter-clockwise."""
+    return (
+        sum(
+            a[0] * b[1] - b[0] * a[1]
+            for a, b in zip(polygon, (*polygon[1:], *polygon[:1]), strict=True)
+        )
+        / 2
+    )
+
+
+def clipped(polygon: Sequence[Point], rect: Rect) -> Polygon:
+    """Corners of the part of a convex ``polygon`` that lies in ``rect`` (x0, y0, x1, y1).
+
+    By Sutherland and Hodgman (1974), one side of the rectangle after the other.
+
+    >>> clipped([(0, 0), (4, 0), (0, 4)], (1, 1, 9, 9))
+    [(3.0, 1.0), (1.0, 3.0), (1.0, 1.0)]
+    """
+    corners = list(polygon)
+    for axis, limit, sign in ((0, rect[0], 1), (0, rect[2], -1), (1, rect[1], 1), (1, rect[3], -1)):
+        kept: list[Point] = []
+        for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
+            inside_a, inside_b = sign * (a[axis] - limit), sign * (b[axis] - limit)
+            if inside_a >= 0:
+                kept.append(a)
+            if inside_a * inside_b < 0:
+                share = inside_a / (inside_a - inside_b)
+                kept.append((a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])))
+        corners = kept
+    return corners
+
+
 def hull_distance(rects: Iterable[Rect], point: Point) -> float:
     """Signed distance of ``point`` from the hull's boundary, positive inside.
 
@@ -49,9 +95,4 @@ def hull_distance(rects: Iterable[Rect], point: Point) -> float:
     hull = convex_hull(
         (x, y) for x0, y0, x1, y1 in rects for x, y in ((x0, y0), (x1, y0), (x0, y1), (x1, y1))
     )
-    if len(hull) < 3:
-        return -math.inf
-    return min(
-        _cross(a, b, point) / math.dist(a, b)
-        for a, b in zip(hull, hull[1:] + hull[:1], strict=True)
-    )
+    return distance_inside(hull, point) if len(hull) > 2 else -math.inf

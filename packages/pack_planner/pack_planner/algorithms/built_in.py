@@ -5,6 +5,7 @@ BUILT_IN = (
     'mpack_lite',
     'mpack',
     'rollout',
+    'foresight',
     'first_fit',
     'best_fit',
     'o_first_fit',

@@ -89,8 +89,8 @@ def _beside(bodies, axis, extent, step, limit):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def search_touching(  # type: ignore[no-untyped-def]
-    bin_size, boxes, columns, rows, height, owner, lines_x, lines_y, slack, passed_on,
-    rule, min_vertices, sizes, turns, centres, force, zones, radius, weights, bound, bodies,
+    bin_size, boxes, columns, rows, height, owner, lines_x, lines_y, slack, passed_on, bearing,
+    rule, min_vertices, sizes, turns, centres, sures, force, zones, radius, weights, bound, bodies,
 ):  # fmt: skip
     """As :func:`pack_planner.engine.search.search_bin`, among placements that touch both ways.
 
@@ -99,7 +99,7 @@ def search_touching(  # type: ignore[no-untyped-def]
     bin_size to bound : as there.
     bodies : the rows of :func:`solids`.
     """
-    step, tolerance, com_margin, min_share = rule
+    step, tolerance = rule[0], rule[1]
     best = np.array([bound, -1.0, -1.0, -1.0, -1.0])
     highest = np.empty(len(rows), height.dtype)
     for k in range(len(sizes)):
@@ -142,8 +142,8 @@ def search_touching(  # type: ignore[no-untyped-def]
                         boxes, owner, left, right, front, back, x, y, dx, dy, step, z, tolerance
                     )
                     if resting < min_vertices or not well_supported(
-                        boxes, (x, y, x, y), (dx, dy, dz), z, tolerance, centres[k], com_margin,
-                        min_share, force, slack, passed_on,
+                        boxes, bearing, (x, y, x, y), (dx, dy, dz), z, rule, centres[k], sures[k],
+                        force, slack, passed_on,
                     ):  # fmt: skip
                         continue
                 best[0], best[1], best[2], best[3], best[4] = objective, z, y, x, turn

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pack_msgs_py.orientation import ORIENTATIONS, allowed_orientations
+from pack_msgs_py.orientation import ORIENTATIONS
 from pack_msgs_py.profiles import Profile, planned_size
 from pack_msgs_py.rules import may_enter, violations
 from pack_msgs_py.values import Bin, BinSpec, Box, Int3, PlacedBox
@@ -18,6 +17,7 @@ from pack_planner.engine.contact import search_touching, solids, touching
 from pack_planner.engine.height_map import GRAVITY, BinModel, build_model, with_box
 from pack_planner.engine.search import OBJECTIVE, TURN, X, Y, Z, search_bin
 from pack_planner.engine.stands import stands_at
+from pack_planner.engine.turns import Turns, support_rule, turns_of
 
 #: How far around a refused position the same box is not offered again, millimetres.
 REFUSED_RADIUS_MM = 100
@@ -85,15 +85,6 @@ class Candidate:
     objective: float
 
 
-@dataclass(frozen=True, eq=False)
-class _Turns:
-    """The allowed orientations of one box, ready for the search."""
-
-    sizes: NDArray[np.int64]
-    numbers: NDArray[np.int64]
-    centres: NDArray[np.float64]
-
-
 class Engine:
     """Exact search under one profile with one set of weights.
 
@@ -104,7 +95,6 @@ class Engine:
         self.profile = profile
         self.weights = weights or Weights()
         self._models: dict[tuple[str, int], BinModel] = {}
-        self._turns = lru_cache(maxsize=256)(self._find_turns)
         self._warm_up()
 
     def model(self, source: Bin) -> BinModel:
@@ -147,7 +137,7 @@ class Engine:
         first; ``cep`` asks for contact along x and y, see :mod:`pack_planner.engine.contact`.
         ``None`` when the rules allow no placement.
         """
-        turns = self._turns(box)
+        turns = turns_of(box, self.profile)
         if not self._liftable(box) or len(turns.sizes) == 0:
             return None
         best: NDArray[np.float64] | None = None
@@ -187,14 +177,14 @@ class Engine:
             solids(model), model.source.spec.size_mm, placed.corner_mm, placed.size_mm, step
         ):
             return False
-        turns = self._turns(placed.box)
+        turns = turns_of(placed.box, self.profile)
         number = ORIENTATIONS.index(placed.orientation)
         which = int(np.flatnonzero(turns.numbers == number)[0])
         return bool(
             stands_at(
-                model.source.spec.size_mm, *model.arrays(), self._rule(),
+                model.source.spec.size_mm, *model.arrays(), support_rule(self.profile),
                 self.profile.min_vertices, placed.corner_mm, placed.size_mm, turns.centres[which],
-                placed.box.weight_kg * GRAVITY,
+                turns.sures[which], placed.box.weight_kg * GRAVITY,
             )
         )  # fmt: skip
 
@@ -202,7 +192,7 @@ class Engine:
         """Whether an empty bin of this kind would take ``box`` in any allowed orientation."""
         return any(
             all(edge <= limit for edge, limit in zip(size, spec.size_mm, strict=True))
-            for size in self._turns(box).sizes.tolist()
+            for size in turns_of(box, self.profile).sizes.tolist()
         )
 
     def overweight(self, box: Box) -> str:
@@ -222,7 +212,7 @@ class Engine:
         return '; '.join(str(violation) for violation in broken)
 
     def _search(
-        self, box: Box, turns: _Turns, model: BinModel, index: int,
+        self, box: Box, turns: Turns, model: BinModel, index: int,
         zones: tuple[Zone, ...], bound: float, *, cep: bool,
     ) -> NDArray[np.float64]:  # fmt: skip
         refused = np.array(
@@ -233,36 +223,14 @@ class Engine:
             10.0 * self.weights.bin_index * (index + 1),
         )  # fmt: skip
         about = (
-            model.source.spec.size_mm, *model.arrays(), self._rule(), self.profile.min_vertices,
-            turns.sizes, turns.numbers, turns.centres, box.weight_kg * GRAVITY,
-            refused, REFUSED_RADIUS_MM, weights, bound,
+            model.source.spec.size_mm, *model.arrays(), support_rule(self.profile),
+            self.profile.min_vertices, turns.sizes, turns.numbers, turns.centres, turns.sures,
+            box.weight_kg * GRAVITY, refused, REFUSED_RADIUS_MM, weights, bound,
         )  # fmt: skip
         position: NDArray[np.float64] = (
             search_touching(*about, solids(model)) if cep else search_bin(*about)
         )
         return position
-
-    def _rule(self) -> tuple[int, int, float, float]:
-        margin = self.profile.com_margin_mm
-        return (
-            self.profile.resolution_mm,
-            self.profile.support_tolerance_mm,
-            -math.inf if margin is None else float(margin),
-            float(self.profile.min_support_share),
-        )
-
-    def _find_turns(self, box: Box) -> _Turns:
-        allowed = allowed_orientations(box, self.profile.orientations)
-        axes = [['xyz'.index(axis) for axis in orientation] for orientation in allowed]
-        return _Turns(
-            np.array(
-                [planned_size(box, orientation, self.profile) for orientation in allowed], np.int64
-            ).reshape(-1, 3),
-            np.array([ORIENTATIONS.index(orientation) for orientation in allowed], np.int64),
-            np.array(
-                [[box.com_offset_mm[a], box.com_offset_mm[b]] for a, b, _ in axes], np.float64
-            ).reshape(-1, 2),
-        )
 
     def _liftable(self, box: Box) -> bool:
         limit = self.profile.max_payload_kg

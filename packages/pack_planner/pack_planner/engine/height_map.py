@@ -14,10 +14,14 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from pack_msgs_py.orientation import oriented_size
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.values import Bin, BinSpec, PlacedBox
+from pack_planner.engine.bearing import with_bearing
+from pack_planner.engine.turns import sure_part
 
 GRAVITY = 9.80665  # m/s2, standard gravity (ISO 80000-3)
+
 
 Ints = NDArray[np.int64]
 
@@ -93,7 +97,7 @@ class BinModel:
     ----------
     source : the bin this is a model of.
     blocked : why nothing may be added, empty when boxes may.
-    boxes, columns, rows, height, owner, lines_x, lines_y, slack, passed_on : see
+    boxes, columns, rows, height, owner, lines_x, lines_y, slack, passed_on, bearing : see
         :func:`pack_planner.engine.search.search_bin`.
     """
 
@@ -108,6 +112,7 @@ class BinModel:
     lines_y: Ints
     slack: NDArray[np.float64]
     passed_on: NDArray[np.float64]
+    bearing: tuple[NDArray[np.float64], Ints]
 
     def arrays(self) -> tuple[Any, ...]:
         """What the search reads, in the order it takes it."""
@@ -121,6 +126,7 @@ class BinModel:
             self.lines_y,
             self.slack,
             self.passed_on,
+            self.bearing,
         )
 
 
@@ -140,6 +146,7 @@ def empty_model(source: Bin) -> BinModel:
         lines_y=line,
         slack=np.empty(0),
         passed_on=np.empty((0, 0)),
+        bearing=(np.empty((0, 2)), np.zeros(1, np.int64)),
     )
 
 
@@ -147,7 +154,7 @@ def build_model(source: Bin, profile: Profile) -> BinModel:
     """The model of a bin and all that is in it."""
     model = empty_model(source)
     for placed in source.boxes:
-        model = _stacked(model, placed, source.spec)
+        model = _stacked(model, placed, source.spec, profile)
     return _finished(model, source, profile)
 
 
@@ -159,10 +166,10 @@ def with_box(model: BinModel, placed: PlacedBox, profile: Profile) -> BinModel:
         old.id, old.serial, old.spec, (*old.boxes, placed), old.station, old.revision + 1,
         old.destination,
     )  # fmt: skip
-    return _finished(_stacked(model, placed, source.spec), source, profile)
+    return _finished(_stacked(model, placed, source.spec, profile), source, profile)
 
 
-def _stacked(model: BinModel, placed: PlacedBox, spec: BinSpec) -> BinModel:
+def _stacked(model: BinModel, placed: PlacedBox, spec: BinSpec, profile: Profile) -> BinModel:
     (x0, y0, _), (x1, y1, top) = placed.corner_mm, placed.far_mm
     length, breadth, _ = spec.size_mm
     x0, x1 = max(0, x0), min(length, x1)
@@ -172,9 +179,17 @@ def _stacked(model: BinModel, placed: PlacedBox, spec: BinSpec) -> BinModel:
         model.columns, model.rows, model.height, model.owner,
         (x0, y0, x1, y1), top, len(model.boxes),
     )  # fmt: skip
+    bearing = model.bearing
+    if profile.stability_margin_mm is not None:
+        true = oriented_size(placed.box.size_mm, placed.orientation)
+        sure = sure_part(placed.size_mm, true, profile.bearing_inset_mm)
+        bearing = with_bearing(
+            *bearing, model.boxes, placed.corner_mm, placed.size_mm,
+            profile.support_tolerance_mm, sure,
+        )  # fmt: skip
     return BinModel(
         model.source, '', np.concatenate((model.boxes, row)), columns, rows, height, owner,
-        model.lines_x, model.lines_y, model.slack, model.passed_on,
+        model.lines_x, model.lines_y, model.slack, model.passed_on, bearing,
     )  # fmt: skip
 
 
@@ -185,7 +200,7 @@ def _finished(model: BinModel, source: Bin, profile: Profile) -> BinModel:
     return BinModel(
         source, blocked, *shape, model.owner,
         _grid_lines(*shape, tolerance, step, 0), _grid_lines(*shape, tolerance, step, 1),
-        slack, passed_on,
+        slack, passed_on, model.bearing,
     )  # fmt: skip
 
 

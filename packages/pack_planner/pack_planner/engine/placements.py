@@ -8,15 +8,13 @@ supported vertices are constant, so every kind of placement occurs at one of the
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from pack_msgs_py.orientation import ORIENTATIONS, allowed_orientations
-from pack_msgs_py.profiles import Profile, planned_size
+from pack_msgs_py.orientation import ORIENTATIONS
 from pack_msgs_py.rules import may_enter
 from pack_msgs_py.values import Box, PlacedBox
 from pack_planner.engine.engine import (
@@ -30,6 +28,7 @@ from pack_planner.engine.height_map import GRAVITY, BinModel
 from pack_planner.engine.search import _spans, _zone_lines, candidate_lines, in_zone
 from pack_planner.engine.stands import stands_at
 from pack_planner.engine.support import resting_vertices, well_supported
+from pack_planner.engine.turns import support_rule, turns_of
 
 Ints = NDArray[np.int64]
 
@@ -97,29 +96,12 @@ def spots_at(
     return _spots(engine, box, model, forbidden, -(-points // step) * step, far_ends=False)
 
 
-@lru_cache(maxsize=512)
-def _turns(box: Box, profile: Profile) -> tuple[Ints, Ints, NDArray[np.float64]]:
-    """Planned sizes, orientation numbers and centre of mass offsets of the allowed orientations."""
-    allowed = allowed_orientations(box, profile.orientations)
-    offsets = [
-        [box.com_offset_mm['xyz'.index(axis)] for axis in orientation[:2]]
-        for orientation in allowed
-    ]
-    return (
-        np.array(
-            [planned_size(box, orientation, profile) for orientation in allowed], np.int64
-        ).reshape(-1, 3),
-        np.array([ORIENTATIONS.index(orientation) for orientation in allowed], np.int64),
-        np.array(offsets, np.float64).reshape(-1, 2),
-    )
-
-
 def _spots(
     engine: Engine, box: Box, model: BinModel, forbidden: Forbidden, points: Ints | None,
     *, far_ends: bool,
 ) -> Spots:  # fmt: skip
     profile = engine.profile
-    sizes, turns, centres = _turns(box, profile)
+    turns = turns_of(box, profile)
     zones = forbidden(box, model.source)
     limit = profile.max_bin_weight_kg
     full = limit is not None and box.weight_kg + model.source.weight_kg > limit
@@ -130,21 +112,16 @@ def _spots(
     refused = np.array(
         [(ORIENTATIONS.index(zone.orientation), *zone.corner_mm) for zone in zones], np.int64
     ).reshape(-1, 4)
-    margin = profile.com_margin_mm
-    rule = (
-        profile.resolution_mm,
-        profile.support_tolerance_mm,
-        -np.inf if margin is None else float(margin),
-        float(profile.min_support_share),
-    )
     shared: tuple[Any, ...] = (
-        model.source.spec.size_mm, *model.arrays(), rule, profile.min_vertices,
-        sizes, turns, centres, box.weight_kg * GRAVITY, refused, REFUSED_RADIUS_MM,
+        model.source.spec.size_mm, *model.arrays(), support_rule(profile), profile.min_vertices,
+        turns.sizes, turns.numbers, turns.centres, turns.sures, box.weight_kg * GRAVITY, refused,
+        REFUSED_RADIUS_MM,
     )  # fmt: skip
     rows = _on_lines(*shared, far_ends) if points is None else _at_points(*shared, points)
     which = rows[:, 3]
     # one memory layout whatever the number of rows, so that compiled code serves for all
-    return Spots(box, np.ascontiguousarray(rows[:, :3]), sizes[which], turns[which])
+    corners = np.ascontiguousarray(rows[:, :3])
+    return Spots(box, corners, turns.sizes[which], turns.numbers[which])
 
 
 @njit(cache=True, nogil=True)
@@ -160,12 +137,12 @@ def _with_far_ends(positions, step, limit):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _on_lines(  # type: ignore[no-untyped-def]
-    bin_size, boxes, columns, rows, height, owner, lines_x, lines_y, slack, passed_on,
-    rule, min_vertices, sizes, turns, centres, force, zones, radius, far_ends,
+    bin_size, boxes, columns, rows, height, owner, lines_x, lines_y, slack, passed_on, bearing,
+    rule, min_vertices, sizes, turns, centres, sures, force, zones, radius, far_ends,
 ):  # fmt: skip
     """Allowed (x, y, z, number of the orientation) on the candidate lines."""
-    step, tolerance, com_margin, min_share = rule
-    varies = com_margin > -np.inf or min_share > 0.0 or len(slack) > 0
+    step, tolerance, com_margin, min_share, stability = rule
+    varies = max(com_margin, stability) > -np.inf or min_share > 0.0 or len(slack) > 0
     spots = np.empty((256, 4), np.int64)
     count = 0
     highest = np.empty(len(rows), height.dtype)
@@ -205,8 +182,8 @@ def _on_lines(  # type: ignore[no-untyped-def]
                     if resting < min_vertices:
                         continue
                     if varies and not well_supported(
-                        boxes, (x, y, x, y), (dx, dy, dz), z, tolerance, centres[k], com_margin,
-                        min_share, force, slack, passed_on,
+                        boxes, bearing, (x, y, x, y), (dx, dy, dz), z, rule, centres[k], sures[k],
+                        force, slack, passed_on,
                     ):  # fmt: skip
                         continue
                 if in_zone(zones, radius, turn, x, y, z):
@@ -220,8 +197,8 @@ def _on_lines(  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _at_points(  # type: ignore[no-untyped-def]
-    bin_size, boxes, columns, rows, height, owner, lines_x, lines_y, slack, passed_on,
-    rule, min_vertices, sizes, turns, centres, force, zones, radius, points,
+    bin_size, boxes, columns, rows, height, owner, lines_x, lines_y, slack, passed_on, bearing,
+    rule, min_vertices, sizes, turns, centres, sures, force, zones, radius, points,
 ):  # fmt: skip
     """Allowed (x, y, z, number of the orientation) at ``points``."""
     spots = np.empty((len(points) * len(sizes), 4), np.int64)
@@ -244,7 +221,8 @@ def _at_points(  # type: ignore[no-untyped-def]
                 continue
             if stands_at(
                 bin_size, boxes, columns, rows, height, owner, lines_x, lines_y, slack,
-                passed_on, rule, min_vertices, (x, y, z), (dx, dy, dz), centres[k], force,
+                passed_on, bearing, rule, min_vertices, (x, y, z), (dx, dy, dz), centres[k],
+                sures[k], force,
             ):  # fmt: skip
                 spots[count, 0], spots[count, 1], spots[count, 2], spots[count, 3] = x, y, z, k
                 count += 1

@@ -116,10 +116,10 @@ def in_zone(zones, radius, turn, x, y, z):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _search_cell(  # type: ignore[no-untyped-def]
-    boxes, area, size, z, turn, rule, com, force, slack, passed_on, weights, best
+    boxes, bearing, area, size, z, turn, rule, com, sure, force, slack, passed_on, weights, best
 ):
     """Best allowed position inside one cell by branch and bound; improves ``best`` in place."""
-    step, tolerance, com_margin, min_share = rule
+    step = rule[0]
     stack = [area]
     while len(stack) > 0:
         x0, y0, x1, y1 = stack.pop()
@@ -127,16 +127,14 @@ def _search_cell(  # type: ignore[no-untyped-def]
         if not _better(objective, z, y0, x0, turn, best):
             continue
         if well_supported(
-            boxes, (x0, y0, x0, y0), size, z, tolerance, com, com_margin, min_share,
-            force, slack, passed_on,
+            boxes, bearing, (x0, y0, x0, y0), size, z, rule, com, sure, force, slack, passed_on
         ):  # fmt: skip
             best[0], best[1], best[2], best[3], best[4] = objective, z, y0, x0, turn
             continue
         if x0 == x1 and y0 == y1:
             continue
         if not well_supported(
-            boxes, (x0, y0, x1, y1), size, z, tolerance, com, com_margin, min_share,
-            force, slack, passed_on,
+            boxes, bearing, (x0, y0, x1, y1), size, z, rule, com, sure, force, slack, passed_on
         ):  # fmt: skip
             continue
         if x1 - x0 >= y1 - y0:
@@ -151,8 +149,8 @@ def _search_cell(  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def search_bin(  # type: ignore[no-untyped-def]
-    bin_size, boxes, columns, rows, height, owner, lines_x, lines_y, slack, passed_on,
-    rule, min_vertices, sizes, turns, centres, force, zones, radius, weights, bound,
+    bin_size, boxes, columns, rows, height, owner, lines_x, lines_y, slack, passed_on, bearing,
+    rule, min_vertices, sizes, turns, centres, sures, force, zones, radius, weights, bound,
 ):  # fmt: skip
     """Best position of a box in one bin: (objective, z, y, x, orientation), z < 0 if there is none.
 
@@ -164,17 +162,18 @@ def search_bin(  # type: ignore[no-untyped-def]
     lines_x, lines_y : edges of placed boxes on the grid.
     slack, passed_on : load each top can still take, and which part of a force on one top reaches
         another, newtons; empty when no box has a limit.
-    rule : (step, tolerance, com_margin or -inf, min_share).
+    bearing : bearing polygons of the placed boxes, see :mod:`pack_planner.engine.bearing`.
+    rule : (step, tolerance, com_margin or -inf, min_share, stability margin or -inf).
     min_vertices : base vertices that must rest.
-    sizes, turns, centres : planned size, orientation number and centre of mass offset of each
-        allowed orientation.
+    sizes, turns, centres, sures : planned size, orientation number, centre of mass offset, and what
+        is surely covered relative to the base corner, of each allowed orientation.
     force : weight of the box, newtons.
     zones, radius : refused positions (orientation, x, y, z), and how far around each is refused.
     weights : (w1, w2, value of the bin's index), per millimetre.
     bound : only a strictly smaller objective counts.
     """
-    step, tolerance, com_margin, min_share = rule
-    varies = com_margin > -np.inf or min_share > 0.0 or len(slack) > 0
+    step, tolerance, com_margin, min_share, stability = rule
+    varies = max(com_margin, stability) > -np.inf or min_share > 0.0 or len(slack) > 0
     best = np.array([bound, -1.0, -1.0, -1.0, -1.0])
     kept = 0
     cells = np.empty((64, 7), np.int64)
@@ -238,8 +237,8 @@ def search_bin(  # type: ignore[no-untyped-def]
                     if resting < min_vertices:
                         continue
                     if varies and not well_supported(
-                        boxes, (x, y, x, y), (dx, dy, dz), z, tolerance, centres[k], com_margin,
-                        min_share, force, slack, passed_on,
+                        boxes, bearing, (x, y, x, y), (dx, dy, dz), z, rule, centres[k], sures[k],
+                        force, slack, passed_on,
                     ):  # fmt: skip
                         if kept == len(keys):
                             cells = np.concatenate((cells, np.empty_like(cells)))
@@ -260,8 +259,8 @@ def search_bin(  # type: ignore[no-untyped-def]
             cell = cells[index]
             z, k, turn = cell[4], cell[5], cell[6]
             _search_cell(
-                boxes, (cell[0], cell[1], cell[2], cell[3]),
+                boxes, bearing, (cell[0], cell[1], cell[2], cell[3]),
                 (sizes[k, 0], sizes[k, 1], sizes[k, 2]), z, turn, rule,
-                centres[k], force, slack, passed_on, weights, best,
+                centres[k], sures[k], force, slack, passed_on, weights, best,
             )  # fmt: skip
     return best

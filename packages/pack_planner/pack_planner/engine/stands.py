@@ -16,8 +16,8 @@ def _strip(edges, position):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def stands_at(  # type: ignore[no-untyped-def]
-    bin_size, boxes, columns, rows, height, owner, lines_x, lines_y, slack, passed_on,
-    rule, min_vertices, corner, size, centre, force,
+    bin_size, boxes, columns, rows, height, owner, lines_x, lines_y, slack, passed_on, bearing,
+    rule, min_vertices, corner, size, centre, sure, force,
 ):  # fmt: skip
     """Whether a box of ``size`` rests at ``corner`` under every rule.
 
@@ -26,8 +26,9 @@ def stands_at(  # type: ignore[no-untyped-def]
     bin_size to min_vertices, force : as of :func:`pack_planner.engine.search.search_bin`.
     corner, size : (x, y, z) and (dx, dy, dz), millimetres.
     centre : offset of the centre of mass from the middle of the base, x and y, millimetres.
+    sure : what the box surely covers, relative to ``corner``.
     """
-    step, tolerance, com_margin, min_share = rule
+    step, tolerance = rule[0], rule[1]
     x, y, z = corner
     dx, dy, dz = size
     if x + dx > bin_size[0] or y + dy > bin_size[1] or z + dz > bin_size[2]:
@@ -50,6 +51,5 @@ def stands_at(  # type: ignore[no-untyped-def]
         boxes, owner, left, right, front, back, x, y, dx, dy, step, z, tolerance
     )
     return resting >= min_vertices and well_supported(
-        boxes, (x, y, x, y), size, z, tolerance, centre, com_margin, min_share,
-        force, slack, passed_on,
-    )  # fmt: skip
+        boxes, bearing, (x, y, x, y), size, z, rule, centre, sure, force, slack, passed_on
+    )

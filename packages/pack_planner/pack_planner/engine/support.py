@@ -12,7 +12,11 @@ import math
 import numpy as np
 from numba import njit
 
+from pack_planner.engine.bearing import carrying_points, hull_margin
+
 EDGE_TOLERANCE_MM = 1e-6
+#: Half of what the rules forgive, since polygons are snapped to a micrometre.
+STABILITY_TOLERANCE_MM = 0.005
 SHARE_TOLERANCE = 1e-9
 LOAD_TOLERANCE_N = 1e-6
 
@@ -74,55 +78,16 @@ def resting_vertices(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _hull_margin(px, py, count, cx, cy):  # type: ignore[no-untyped-def]
-    """Distance of (cx, cy) from the boundary of the hull of ``count`` points, positive inside."""
-    for i in range(1, count):
-        x, y = px[i], py[i]
-        j = i - 1
-        while j >= 0 and (px[j] > x or (px[j] == x and py[j] > y)):
-            px[j + 1] = px[j]
-            py[j + 1] = py[j]
-            j -= 1
-        px[j + 1] = x
-        py[j + 1] = y
-    hull_x = np.empty(2 * count + 2)
-    hull_y = np.empty(2 * count + 2)
-    size = 0
-    for sweep in range(2):
-        start = size
-        for step in range(count):
-            i = step if sweep == 0 else count - 1 - step
-            x, y = px[i], py[i]
-            while (
-                size >= start + 2
-                and (hull_x[size - 1] - hull_x[size - 2]) * (y - hull_y[size - 2])
-                - (hull_y[size - 1] - hull_y[size - 2]) * (x - hull_x[size - 2])
-                <= 0
-            ):
-                size -= 1
-            hull_x[size] = x
-            hull_y[size] = y
-            size += 1
-        size -= 1
-    if size < 3:
-        return -math.inf
-    margin = math.inf
-    for i in range(size):
-        j = (i + 1) % size
-        ex, ey = hull_x[j] - hull_x[i], hull_y[j] - hull_y[i]
-        cross = ex * (cy - hull_y[i]) - ey * (cx - hull_x[i])
-        margin = min(margin, cross / math.hypot(ex, ey))
-    return margin
-
-
-@njit(cache=True, nogil=True)
 def well_supported(  # type: ignore[no-untyped-def]
-    boxes, area, size, z, tolerance, com, com_margin, min_share, force, slack, passed_on
+    boxes, bearing, area, size, z, rule, com, sure, force, slack, passed_on
 ):
     """Whether any base corner in ``area`` = (x0, y0, x1, y1) can obey the continuous rules.
 
     For a single position (x0 == x1, y0 == y1) this is exact: centre of mass within the support
-    polygon by ``com_margin``, contact share at least ``min_share``, no top overloaded. For a range
+    polygon by ``com_margin`` and within the bearing polygon by ``stability``, contact share at
+    least ``min_share``, no top overloaded. ``rule`` is (step, tolerance, com_margin, min_share,
+    stability), ``bearing`` the bearing polygons (corners, starts), ``com`` and ``sure`` the centre
+    of mass offset and what the box surely covers, relative to its base corner. For a range
     it is optimistic, so False proves that no position in it will do: each contact rectangle is
     taken as large as it becomes anywhere in the range, and loads as light.
 
@@ -139,6 +104,7 @@ def well_supported(  # type: ignore[no-untyped-def]
         share of the base that rests.
     force, slack, passed_on : as of :func:`pack_planner.engine.search.search_bin`.
     """
+    _, tolerance, com_margin, min_share, stability = rule
     x0, y0, x1, y1 = area
     dx, dy, _ = size
     count = 0
@@ -173,8 +139,17 @@ def well_supported(  # type: ignore[no-untyped-def]
     if contact / (float(dx) * dy) < min_share - SHARE_TOLERANCE:
         return False
     if com_margin > -math.inf:
-        margin = _hull_margin(px, py, count, dx / 2 + com[0], dy / 2 + com[1])
+        margin = hull_margin(px, py, count, dx / 2 + com[0], dy / 2 + com[1])
         if margin < com_margin - EDGE_TOLERANCE_MM:
+            return False
+    if stability > -math.inf:
+        if sure[0] >= sure[2] or sure[1] >= sure[3]:
+            return False
+        bx, by, count = carrying_points(
+            boxes, bearing[0], bearing[1], area, size, z, tolerance, sure
+        )
+        margin = hull_margin(bx, by, count, dx / 2 + com[0], dy / 2 + com[1])
+        if margin < stability - STABILITY_TOLERANCE_MM:
             return False
     for limited in range(len(slack)):
         if slack[limited] == math.inf:

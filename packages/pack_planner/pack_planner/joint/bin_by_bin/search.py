@@ -26,6 +26,7 @@ from pack_msgs_py.values import Box, PlacedBox
 from pack_planner.engine import BinModel, Candidate, Engine
 from pack_planner.engine.engine import Forbidden
 from pack_planner.engine.height_map import GRAVITY
+from pack_planner.engine.turns import support_rule, turns_of
 from pack_planner.joint.bin_by_bin.assignments import group_bounds, least_open, next_open
 from pack_planner.joint.bin_by_bin.fitting import Fitting
 from pack_planner.joint.bin_by_bin.group import Group
@@ -172,17 +173,17 @@ class JointSearch:
     def _weak_in(self, j: int, reach: Reach, budget: Budget) -> NDArray[np.int32]:
         """See :mod:`.weak_places`; no cells where enough corners are all that is asked."""
         profile, model, ground = self._engine.profile, self._bins[j], reach.grounds[j]
-        margin = -math.inf if profile.com_margin_mm is None else float(profile.com_margin_mm)
-        share, step = float(profile.min_support_share), profile.resolution_mm
-        if margin == -math.inf and share <= 0.0 and len(model.slack) == 0:
+        rule = support_rule(profile)
+        if max(rule[2], rule[4]) == -math.inf and rule[3] <= 0.0 and len(model.slack) == 0:
             return np.zeros((len(ground.shapes), 0, 0), np.int32)
-        # where the centre of mass of each box lies along x and y, in each orientation
-        along = [['xyz'.index(axis) for axis in orientation[:2]] for orientation in ORIENTATIONS]
-        centres = np.array([box.com_offset_mm for box in self._boxes], np.float64)[:, along]
+        centres, sures = np.zeros((len(ground.shapes), 2)), np.zeros((len(ground.shapes), 4))
+        for s, (which, number) in enumerate(ground.shapes[:, :2].tolist()):
+            turns = turns_of(self._boxes[which], profile)
+            row = int(np.flatnonzero(turns.numbers == number)[0])
+            centres[s], sures[s] = turns.centres[row], turns.sures[row]
         weak: NDArray[np.int32] = weak_places(
             ground.size, model.boxes, ground.height, ground.owner, model.slack, model.passed_on,
-            (step, profile.support_tolerance_mm, margin, share), profile.min_vertices,
-            ground.shapes, centres[ground.shapes[:, 0], ground.shapes[:, 1]],
+            model.bearing, rule, profile.min_vertices, ground.shapes, centres, sures,
             np.array([box.weight_kg * GRAVITY for box in self._boxes]), budget.stop,
         )  # fmt: skip
         return weak

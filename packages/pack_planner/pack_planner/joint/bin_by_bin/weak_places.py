@@ -11,42 +11,43 @@ from pack_planner.joint.compiled import compiled, entry
 
 @compiled
 def _stands_alone(  # type: ignore[no-untyped-def]
-    boxes, height, owner, slack, passed_on, rule, min_vertices, x, y, z, size, centre, force
-):
-    """Whether a box stands at (x, y, z) on the placed boxes; z is the highest top under it."""
+    boxes, height, owner, slack, passed_on, bearing, rule, min_vertices, corner, size, centre, sure,
+    force,
+):  # fmt: skip
+    """Whether a box stands at ``corner`` on the placed boxes, at the highest top under it."""
+    x, y, z = corner
     if z == 0:
         return True
-    step, tolerance, com_margin, min_share = rule
+    step, tolerance, com_margin, min_share, stability = rule
     dx, dy, _ = size
     low = z - tolerance
     resting = 0
-    for corner in range(4):
-        cx = x if corner % 2 == 0 else x + dx - step
-        cy = y if corner < 2 else y + dy - step
+    for vertex in range(4):
+        cx = x if vertex % 2 == 0 else x + dx - step
+        cy = y if vertex < 2 else y + dy - step
         i, j = cx // step, cy // step
         if height[i, j] >= low and cell_rests(boxes, owner[i, j], cx, cy, step, z, tolerance):
             resting += 1
     if resting < min_vertices:
         return False
-    if com_margin == -np.inf and min_share <= 0.0 and len(slack) == 0:
+    if max(com_margin, stability) == -np.inf and min_share <= 0.0 and len(slack) == 0:
         return True
     return well_supported(
-        boxes, (x, y, x, y), size, z, tolerance, centre, com_margin, min_share,
-        force, slack, passed_on,
-    )  # fmt: skip
+        boxes, bearing, (x, y, x, y), size, z, rule, centre, sure, force, slack, passed_on
+    )
 
 
 @entry
 def weak_places(  # type: ignore[no-untyped-def]
-    bin_size, boxes, height, owner, slack, passed_on, rule, min_vertices, shapes, centres, forces,
-    stop,
+    bin_size, boxes, height, owner, slack, passed_on, bearing, rule, min_vertices, shapes, centres,
+    sures, forces, stop,
 ):  # fmt: skip
     """Where a box on placed boxes alone breaks a rule of support: its base there, else -1.
 
-    Int32 (shapes, cells, cells). ``rule`` = (resolution, support tolerance, margin of the centre of
-    mass, least share of support); ``shapes`` as in :func:`.bounds.landings`; ``centres`` of mass
-    for each shape; ``forces``: weight of each box, newtons; see
-    :mod:`.budget` for ``stop``.
+    Int32 (shapes, cells, cells). ``bearing`` and ``rule`` as of
+    :func:`pack_planner.engine.search.search_bin`; ``shapes`` as in :func:`.bounds.landings`;
+    ``centres`` of mass and what is surely covered (``sures``) for each shape; ``forces``: weight of
+    each box, newtons; see :mod:`.budget` for ``stop``.
     """
     step = rule[0]
     base = landings(bin_size, height, step, shapes, stop)
@@ -62,8 +63,8 @@ def weak_places(  # type: ignore[no-untyped-def]
                     continue
                 x, y = i * step, j * step
                 if not _stands_alone(
-                    boxes, height, owner, slack, passed_on, rule, min_vertices, x, y, z,
-                    (dx, dy, dz), centres[s], forces[which],
+                    boxes, height, owner, slack, passed_on, bearing, rule, min_vertices, (x, y, z),
+                    (dx, dy, dz), centres[s], sures[s], forces[which],
                 ):  # fmt: skip
                     base[s, i, j] = z
     return base
