@@ -44,7 +44,7 @@ LEAST_AREA_MM2 = 1e-3
 
 #: What a box surely covers, ``None`` for nothing.
 Footprint = Callable[[PlacedBox], 'Rect | None']
-#: Those of the boxes that carry one of them, sharing area with it or not.
+#: Which of some boxes carry one.
 Carriers = Callable[[PlacedBox, Sequence[PlacedBox]], Sequence[PlacedBox]]
 
 
@@ -54,15 +54,23 @@ class Bearing:
     Parameters
     ----------
     boxes : those that may carry others.
+    tolerance_mm : how far below its base a top may lie to carry a box, by plan.
     footprint : what a box surely covers, bin frame, millimetres.
-    carriers : which of ``boxes`` reach the base of a box.
+    carriers : which boxes with such tops really carry a box.
     """
 
     def __init__(
-        self, boxes: Sequence[PlacedBox], footprint: Footprint, carriers: Carriers
+        self,
+        boxes: Sequence[PlacedBox],
+        tolerance_mm: int,
+        footprint: Footprint,
+        carriers: Carriers,
     ) -> None:
-        self._boxes, self._footprint, self._carriers = boxes, footprint, carriers
+        self._tolerance_mm, self._footprint, self._carriers = tolerance_mm, footprint, carriers
         self._known: dict[str, Polygon] = {}
+        self._by_top: dict[int, list[PlacedBox]] = {}
+        for placed in boxes:
+            self._by_top.setdefault(placed.top_mm, []).append(placed)
 
     def of(self, placed: PlacedBox) -> Polygon:
         """Where ``placed`` may be loaded, counter-clockwise; empty when nothing carries it."""
@@ -86,7 +94,13 @@ class Bearing:
             x0, y0, x1, y1 = base
             return [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
         shared: Polygon = []
-        for other in self._carriers(placed, self._boxes):
+        base_mm = placed.corner_mm[2]
+        below = [
+            other
+            for top_mm in range(base_mm - self._tolerance_mm, base_mm + 1)
+            for other in self._by_top.get(top_mm, ())
+        ]
+        for other in self._carriers(placed, below):
             part = clipped(self.of(other), base)
             if area(part) >= LEAST_AREA_MM2:
                 shared += [(round(x, DECIMALS), round(y, DECIMALS)) for x, y in part]
@@ -97,20 +111,25 @@ class Bearing:
 def planned_bearing(boxes: Sequence[PlacedBox], profile: Profile) -> Bearing:
     """Bearing polygons by plan: scanned sizes in the middle of the reserved space."""
 
-    def carriers(placed: PlacedBox, others: Sequence[PlacedBox]) -> list[PlacedBox]:
-        return supporters(placed, others, profile.support_tolerance_mm)
+    tolerance_mm = profile.support_tolerance_mm
 
-    return Bearing(boxes, lambda placed: sure_footprint(placed, profile.bearing_inset_mm), carriers)
+    def footprint(placed: PlacedBox) -> Rect | None:
+        return sure_footprint(placed, profile.bearing_inset_mm)
+
+    def carriers(placed: PlacedBox, others: Sequence[PlacedBox]) -> list[PlacedBox]:
+        return supporters(placed, others, tolerance_mm)
+
+    return Bearing(boxes, tolerance_mm, footprint, carriers)
 
 
 def supporters(placed: PlacedBox, others: Sequence[PlacedBox], tolerance: int) -> list[PlacedBox]:
     """Boxes that share area with the base and whose tops lie at most ``tolerance`` mm under it."""
-    base = placed.corner_mm[2]
+    base, footprint = placed.corner_mm[2], planned_footprint(placed)
     return [
         other
         for other in others
         if 0 <= base - other.top_mm <= tolerance
-        and overlap(planned_footprint(placed), planned_footprint(other)) is not None
+        and overlap(footprint, planned_footprint(other)) is not None
     ]
 
 

@@ -158,8 +158,9 @@ class Journal:
         wanted = json.loads(json.dumps(config))
         differing = [
             f'{key} is {kept.get(key)!r} there and {wanted.get(key)!r} here'
-            for key in sorted({*kept, *wanted})
-            if kept.get(key) != wanted.get(key)
+            # what is newer than the journal holds from now on
+            for key in sorted(kept)
+            if kept[key] != wanted.get(key)
         ]
         if differing:
             msg = (

@@ -105,10 +105,12 @@ def footing_errors(placed: PlacedBox, others: Sequence[PlacedBox], profile: Prof
     if placed.corner_mm[2] == 0 or asked == (None, None):
         return []
 
-    def carriers(upper: PlacedBox, boxes: Sequence[PlacedBox]) -> list[PlacedBox]:
-        return _level(upper, supporters(upper, boxes, profile.support_tolerance_mm))
+    tolerance_mm = profile.support_tolerance_mm
 
-    bearing = Bearing(others, measured_footprint, carriers)
+    def carriers(upper: PlacedBox, boxes: Sequence[PlacedBox]) -> list[PlacedBox]:
+        return _level(upper, supporters(upper, boxes, tolerance_mm))
+
+    bearing = Bearing(others, tolerance_mm, measured_footprint, carriers)
     inside = bearing.stability_mm(placed, centre_of_mass(placed))
     if inside >= LEAST_MARGIN_MM:
         return []

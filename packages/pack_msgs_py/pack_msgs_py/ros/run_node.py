@@ -52,8 +52,29 @@ def run_node(
     Exception
         Any other error, as it came.
     """
+    stopped, code = _life(name, create, args, cannot_start, failed, stop)
+    if not stopped:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(code)
+    sys.exit(code)
+
+
+def _life(
+    name: str,
+    create: Callable[[], SomeNode],
+    args: list[str] | None,
+    cannot_start: tuple[type[Exception], ...],
+    failed: tuple[type[Exception], ...],
+    stop: Callable[[SomeNode], bool] | None,
+) -> tuple[bool, int]:
+    """Whether nothing goes on that cannot be ended, and the exit code; see :func:`run_node`.
+
+    Apart from it, since an exit keeps the frame that it came from, and an executor that is freed
+    only with the interpreter complains.
+    """
     rclpy.init(args=args)
-    node, stopped, code = None, True, 0
+    node, executor, stopped, code = None, None, True, 0
     try:
         node = create()
         executor = SingleThreadedExecutor()
@@ -75,9 +96,7 @@ def run_node(
         if node is not None:
             stopped = stop is None or stop(node)
             node.destroy_node()
+        if executor is not None:
+            executor.shutdown(timeout_sec=0.0)
         rclpy.try_shutdown()
-    if not stopped:
-        sys.stdout.flush()
-        sys.stderr.flush()
-        os._exit(code)
-    sys.exit(code)
+    return stopped, code
