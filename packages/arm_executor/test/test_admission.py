@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 import time
 from dataclasses import replace
 
@@ -197,8 +198,13 @@ def test_admission_takes_under_a_millisecond_with_fifty_boxes_in_the_bin():
     seen = situation(placed=placed)
     assert admit(top, seen) is None
     times = []
-    for _ in range(50):
-        started = time.perf_counter()
-        admit(top, seen)
-        times.append(time.perf_counter() - started)
+    measuring_branches = sys.gettrace()
+    sys.settrace(None)
+    try:
+        for _ in range(50):
+            started = time.thread_time()  # of this thread alone, whatever else runs beside it
+            admit(top, seen)
+            times.append(time.thread_time() - started)
+    finally:
+        sys.settrace(measuring_branches)
     assert min(times) < 1e-3

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 from collections.abc import Callable
 from typing import TypeVar
@@ -73,6 +74,9 @@ def _life(
     Apart from it, since an exit keeps the frame that it came from, and an executor that is freed
     only with the interpreter complains.
     """
+    # rclpy closes the context at a signal, which ends the spinning; an interrupt raised beside that
+    # would strike anywhere, also where Python can only print it.
+    signal.signal(signal.SIGINT, lambda number, frame: None)
     rclpy.init(args=args)
     node, executor, stopped, code = None, None, True, 0
     try:
