@@ -140,12 +140,8 @@ def sure_footprint(placed: PlacedBox, inset_mm: float) -> Rect | None:
     """
     (x, y, _), (dx, dy, _) = placed.corner_mm, placed.size_mm
     length, breadth, _ = true_size(placed)
-    return shrunk(((2 * x + dx) / 2, (2 * y + dy) / 2), (length, breadth), inset_mm)
-
-
-def shrunk(centre: Point, size: tuple[float, float], inset_mm: float) -> Rect | None:
-    """The rectangle of ``size`` about ``centre``, each side moved in by ``inset_mm``."""
-    half_x, half_y = size[0] / 2 - inset_mm, size[1] / 2 - inset_mm
+    half_x, half_y = length / 2 - inset_mm, breadth / 2 - inset_mm
     if half_x <= 0 or half_y <= 0:
         return None
-    return (centre[0] - half_x, centre[1] - half_y, centre[0] + half_x, centre[1] + half_y)
+    centre_x, centre_y = x + dx / 2, y + dy / 2
+    return (centre_x - half_x, centre_y - half_y, centre_x + half_x, centre_y + half_y)
