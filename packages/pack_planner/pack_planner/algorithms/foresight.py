@@ -14,8 +14,9 @@ has what it fills.
 from __future__ import annotations
 
 from pack_planner.algorithms.base import Choice, Problem
-from pack_planner.algorithms.play_out import WasteWeights, best_plan
+from pack_planner.algorithms.play_out import best_plan
 from pack_planner.algorithms.registry import algorithm
+from pack_planner.algorithms.waste_weights import WasteWeights
 
 WEIGHTS = WasteWeights(
     lost=0.6, touched=2.1, level=0.5, spread=0.0, younger=2.0, large_first=1.35, no_place=1.15,

@@ -1,10 +1,10 @@
 """Plans for the whole look-ahead, each played out from a first move, and their waste.
 
 Every allowed placement of every box of the look-ahead in every open bin has a *waste*, a weighted
-sum of what :class:`WasteWeights` lists. The look-ahead is packed virtually, one placement after
-another, always the one of least waste less a bonus for its size, so that large boxes go first where
-they fit as well. That is done once for each of the best first moves; the first move of the plan of
-least total waste is made.
+sum of what :class:`~pack_planner.algorithms.waste_weights.WasteWeights` lists. The look-ahead is
+packed virtually, one placement after another, always the one of least waste less a bonus for its
+size, so that large boxes go first where they fit as well. That is done once for each of the best
+first moves; the first move of the plan of least total waste is made.
 
 The parts are old: touching perimeter (Lodi, Martello, Vigo 1999, in two dimensions), least growth
 of the height map (Wang, Hauser 2019), rollouts (Tesauro, Galperin 1997; Bertsekas, Tsitsiklis, Wu:
@@ -23,44 +23,13 @@ from pack_msgs_py.values import Box
 from pack_planner.algorithms.base import Choice, Problem
 from pack_planner.algorithms.mpack_lite import least_objective
 from pack_planner.algorithms.opack import opack
+from pack_planner.algorithms.waste_weights import WasteWeights
 from pack_planner.engine import BinModel
 from pack_planner.engine.placements import Spots, all_spots
 from pack_planner.engine.surroundings import gaps, lost_volume, sides
 
 #: First moves that are played out, and how many of them may be of one box in one bin.
 FIRST_MOVES, FIRST_MOVES_ALIKE = 12, 3
-
-
-@dataclass(frozen=True)
-class WasteWeights:
-    """What makes a placement wasteful, and by how much.
-
-    Attributes
-    ----------
-    lost : for the volume that is shut in below the box, over its own.
-    touched : reward for the share of its four sides that lies against walls or boxes.
-    level : reward for the share of the border of its top that is level with what is beside it.
-    spread : for (x + y) / (L + B), how far its corner lies from the origin.
-    younger : for each bin that is older than its own.
-    snug : reward for the share of its four sides that touch nothing, but have something nearer than
-        ``near_mm``.
-    near_mm : what is near, millimetres.
-    large_first : bonus in the order of virtual packing, times volume over that of the largest box.
-    no_place : for a box of the look-ahead that finds no place any more.
-    far_ends : whether also the farthest positions count at which a box's surroundings stay the
-        same, flush with what lies beyond.
-    """
-
-    lost: float
-    touched: float
-    level: float
-    spread: float
-    younger: float
-    large_first: float
-    no_place: float
-    snug: float = 0.0
-    near_mm: float = 0.0
-    far_ends: bool = False
 
 
 @dataclass(frozen=True, eq=False)

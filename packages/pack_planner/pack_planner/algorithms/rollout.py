@@ -12,8 +12,9 @@ low top. The numbers were tuned on collections that no table shows; docs/decisio
 from __future__ import annotations
 
 from pack_planner.algorithms.base import Choice, Problem
-from pack_planner.algorithms.play_out import WasteWeights, best_plan
+from pack_planner.algorithms.play_out import best_plan
 from pack_planner.algorithms.registry import algorithm
+from pack_planner.algorithms.waste_weights import WasteWeights
 
 WEIGHTS = WasteWeights(
     lost=3.0, touched=2.0, level=0.5, spread=0.5, younger=2.0, large_first=2.0, no_place=6.0
