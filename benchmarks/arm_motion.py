@@ -27,6 +27,8 @@ from pathlib import Path
 
 from arm_executor.arms.physics.arm import PhysicsArm
 from arm_executor.arms.physics.render import Camera
+from arm_executor.bins.records import placed_of
+from arm_executor.goals.judging import judge
 from arm_executor.model.arm_interface import MotionError, MotionHooks, MotionPlan, PlaceRequest
 from arm_executor.model.layout import bin_frame, pick_pose
 from arm_executor.motion.planned import PlannedMotion
@@ -37,6 +39,7 @@ from pack_cell.options.run_options import GRASP_FACES
 from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.codes import ErrorCode, Phase
 from pack_msgs_py.geometry.pose import Pose
+from pack_msgs_py.geometry.tolerance import Tolerance
 from pack_msgs_py.metrics import quantile
 from pack_msgs_py.profiles import find_profile
 from pack_msgs_py.values import Bin, Box, Walls, parse_bin
@@ -219,8 +222,15 @@ class Rig:
                 for phase, seconds in result.split_s.items()
                 if phase is not Phase.SETTLING
             })  # fmt: skip
-            if result.code is not ErrorCode.NONE or result.measured is None:
-                tally.faults.append(f'{result.code.name}: {result.message}')
+            code, text = result.code, result.message
+            if code is ErrorCode.NONE:
+                slack_s = self.options.deadline - result.motion_s
+                code, text = judge(
+                    result, placed_of(decision), decision.target, Tolerance(),
+                    size_sigmas=0.0, slack_s=slack_s,
+                )  # fmt: skip
+            if code is not ErrorCode.NONE:
+                tally.faults.append(f'{code.name}: {text}')
             if result.measured is None:
                 self.poses = self.arm.set_bins(self.bins, self.poses)
                 return

@@ -69,7 +69,8 @@ class ExecutorParameters:
     )
     tolerance_mm: float = parameter(
         5.0,
-        'Farthest that a corner of a box may rest from where it should, or another box may move.',
+        'Farthest that a corner of a box may rest from where it should, on top of what the scanner '
+        'may be wrong by, or another box may move.',
         unit='mm',
         low=0.1,
         high=100.0,

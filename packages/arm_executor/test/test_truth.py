@@ -9,16 +9,20 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from executor_cases import LAYOUT, LDC, make_box, make_decision, pick_of
+from executor_cases import CELL, LAYOUT, LDC, make_box, make_decision, make_goal, pick_of
 
 from arm_executor.arms.timed import TimedArm
 from arm_executor.arms.true_boxes import TrueBox, Truth, mismatch
 from arm_executor.bins.records import placed_of
+from arm_executor.goals.arm_request import aside_in_bin, far_side_m, request_of
+from arm_executor.goals.judging import expected_rest, judge
 from arm_executor.goals.placement_errors import commanded_pose_errors
-from arm_executor.model.arm_interface import MotionHooks, PlaceRequest
+from arm_executor.model.arm_interface import MotionHooks, MotionResult, PlaceRequest
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.geometry.resting import resting_pose
+from pack_msgs_py.geometry.tolerance import Tolerance
+from pack_msgs_py.orientation import QUATERNIONS, oriented_size
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Bin
 
@@ -70,6 +74,62 @@ def test_what_lay_askew_on_the_belt_rests_askew_and_turned_with_the_box():
     assert [abs(edge) for edge in off] == pytest.approx([2.0, 0.0, 0.0], abs=1e-9)
     dot = sum(a * b for a, b in zip(result.measured.quaternion, target.quaternion, strict=True))
     assert 2 * math.acos(min(1.0, abs(dot))) == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize('orientation', ['xyz', 'yxz'])
+@pytest.mark.parametrize('off_mm', [(4.0, 4.0), (4.0, -4.0), (-4.0, 4.0), (0.0, 6.0)])
+def test_a_box_that_is_not_as_large_as_scanned_keeps_to_its_reserved_space(orientation, off_mm):
+    """It lies in the middle of the belt and against the guide: its depth grows on one side."""
+    box = replace(BOX, size_mm=(292.0, 192.0, 150.0), size_stddev_mm=(2.0, 2.0, 2.0))
+    x, y, z = box.size_mm
+    really = true_box((x + off_mm[0], y + off_mm[1], z))
+    really = replace(really, pose=pick_of(really.box))
+    decision = make_decision(box, (100, 200, 0), orientation=orientation)
+    request = request_of(make_goal(decision), 'A', None, CELL.size_sigmas)
+    truth = Truth()
+    truth.update([really])
+    arm = TimedArm(LAYOUT, speed=0.0, truth=truth)
+    arm.set_bins([Bin('LDC-1', 1, LDC)], {})
+    hooks = MotionHooks(lambda *_: None, *(lambda: None,) * 3)
+    result = arm.execute(arm.plan(request), hooks, threading.Event())
+    size = oriented_size(really.box.size_mm, orientation)
+    for axis in (0, 1):
+        centre_mm = 1e3 * result.measured.position[axis]
+        low, high = decision.corner_mm[axis], decision.corner_mm[axis] + decision.size_mm[axis]
+        assert low <= centre_mm - size[axis] / 2
+        assert centre_mm + size[axis] / 2 <= high
+    aside = aside_in_bin(box, pick_of(box), decision.target, CELL.size_sigmas)
+    for way in (1.0, -1.0):
+        turned = tuple(way * part for part in aside)
+        expected = expected_rest(decision.target, turned, result.measured)
+        placed = placed_of(decision)
+        judged = judge(
+            result, placed, expected, Tolerance(), size_sigmas=CELL.size_sigmas, slack_s=1.0
+        )
+        assert judged == (ErrorCode.NONE, '')
+
+
+def test_a_box_taken_by_its_front_is_taken_where_it_was_scanned():
+    box = replace(BOX, size_stddev_mm=(2.0, 2.0, 2.0))
+    assert far_side_m(box, pick_of(box), Pose((0.2, 0.2, 0.1), QUATERNIONS['xzy']), 2.0) == 0.0
+    assert far_side_m(box, pick_of(box), Pose((0.2, 0.2, 0.1), QUATERNIONS['yxz']), 2.0) == 0.002
+
+
+def test_what_rests_farther_off_than_scanner_and_tolerance_allow_is_out_of_place():
+    box = replace(BOX, size_stddev_mm=(2.0, 2.0, 2.0))
+    decision = make_decision(box)
+    allowed_m = 0.005 + 2.0 * math.hypot(2.0, 2.0, 2.0) / 2e3
+    for off_m, code in (
+        (allowed_m - 1e-4, ErrorCode.NONE),
+        (allowed_m + 1e-4, ErrorCode.PLACED_OUT_OF_TOLERANCE),
+    ):
+        x, y, z = decision.target.position
+        rests = Pose((x + off_m, y, z), decision.target.quaternion)
+        result = MotionResult(ErrorCode.NONE, measured=rests)
+        judged, _ = judge(
+            result, placed_of(decision), decision.target, Tolerance(), size_sigmas=2.0, slack_s=1.0
+        )
+        assert judged is code
 
 
 def test_a_pad_that_finds_no_box_gets_no_vacuum():

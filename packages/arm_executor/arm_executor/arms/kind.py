@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from arm_executor.arms.true_boxes import Truth
 from arm_executor.model.arm_interface import Arm
 from arm_executor.model.layout import Layout
-from pack_msgs_py.geometry.tolerance import Tolerance
 
 
 @dataclass(frozen=True)
@@ -19,14 +18,12 @@ class ArmSetup:
     ----------
     layout : where everything stands, and which robot it is.
     speed : robot seconds per wall-clock second; 0 is as fast as the machine can.
-    tolerance : how far off a box may rest, and another box of the bin may move.
     truth : what the boxes really are, for an arm in a simulated world; nothing is known of a box
         that nobody told of, which is then as scanned.
     """
 
     layout: Layout
     speed: float = 1.0
-    tolerance: Tolerance = field(default_factory=Tolerance)
     truth: Truth = field(default_factory=Truth)
 
 

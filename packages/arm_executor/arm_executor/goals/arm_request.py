@@ -1,12 +1,26 @@
-"""What the arm is asked for: the goal, and the boxes that wait on the belt meanwhile."""
+"""What the arm is asked for: the goal, and the boxes that wait on the belt meanwhile.
+
+On the belt a box lies against a guide, so that all that the scanner is wrong about its depth is on
+the far side. What is reserved in the bin has the margin for it half on each side. So the pad does
+not take the middle of the box as it was scanned, but of the space that it may take up: the
+guide's face to the scanned far side plus the whole margin.
+"""
 
 from __future__ import annotations
 
 from arm_executor.goals.place_goal import PlaceGoal
 from arm_executor.model.arm_interface import PlaceRequest
 from pack_msgs_py.cell_values import Scan
-from pack_msgs_py.geometry.pose import Pose
-from pack_msgs_py.values import Box
+from pack_msgs_py.geometry.pose import (
+    Pose,
+    Quaternion,
+    conjugate,
+    quaternion_product,
+    rotated,
+    rotation_matrix,
+    stands_upright,
+)
+from pack_msgs_py.values import Box, Vec3
 
 #: Neighbours on the belt that stand this near behind the box must be kept clear of.
 NEIGHBOUR_REACH_M = 0.5
@@ -37,7 +51,49 @@ def neighbours(goal: PlaceGoal, scan: Scan | None) -> tuple[tuple[Box, Pose], ..
     return tuple(near)
 
 
-def request_of(goal: PlaceGoal, station: str, scan: Scan | None) -> PlaceRequest:
-    """What the arm is asked for."""
-    decision = goal.decision
-    return PlaceRequest(decision.box, goal.pick, station, decision.target, neighbours(goal, scan))
+def far_side_m(box: Box, pick: Pose, target: Pose, size_sigmas: float) -> float:
+    """How far behind its scanned middle the pad takes ``box``, along y of `cell`, metres.
+
+    Half of ``size_sigmas`` standard deviations of the edge that lies along y at ``pick``; nothing
+    where another face than the top at ``pick`` is up at ``target``, since that box is taken by
+    its front.
+    """
+    if not stands_upright(_turn(pick, target)):
+        return 0.0
+    along_y = rotation_matrix(pick.quaternion)[1]
+    sigma_mm = sum(
+        abs(share) * sigma for share, sigma in zip(along_y, box.size_stddev_mm, strict=True)
+    )
+    return size_sigmas * sigma_mm / 2e3
+
+
+def aside_in_bin(box: Box, pick: Pose, target: Pose, size_sigmas: float) -> Vec3:
+    """Where the point that the pad takes lies from the scanned middle at ``target``, bin frame, m.
+
+    Or the other way, where the arm turns the box by half a turn more.
+    """
+    far_m = far_side_m(box, pick, target, size_sigmas)
+    return rotated(_turn(pick, target), (0.0, far_m, 0.0))
+
+
+def request_of(
+    goal: PlaceGoal, station: str, scan: Scan | None, size_sigmas: float = 0.0
+) -> PlaceRequest:
+    """What the arm is asked for.
+
+    Parameters
+    ----------
+    goal : what goes where.
+    station : where its bin stands.
+    scan : the latest, for the neighbours on the belt.
+    size_sigmas : of the profile (:class:`pack_msgs_py.profiles.Profile`): the margin of sizes.
+    """
+    decision, (x, y, z) = goal.decision, goal.pick.position
+    far_m = far_side_m(decision.box, goal.pick, decision.target, size_sigmas)
+    grasped = Pose((x, y + far_m, z), goal.pick.quaternion)
+    return PlaceRequest(decision.box, grasped, station, decision.target, neighbours(goal, scan))
+
+
+def _turn(pick: Pose, target: Pose) -> Quaternion:
+    """From how a box lies at ``pick`` to how it is to lie at ``target``."""
+    return quaternion_product(target.quaternion, conjugate(pick.quaternion))

@@ -132,7 +132,8 @@ class CandidateChecker:
             return Checked(ErrorCode.BUSY, 'a bin is just being changed; ask again')
         tools = view.tools
         try:
-            request = request_of(goal, target.station, view.state.scan)
+            sigmas = tools.settings.profile.size_sigmas
+            request = request_of(goal, target.station, view.state.scan, sigmas)
             plan = tools.plans.plan(tools.arm, request, bins.poses, view.after)
         except MotionError as error:
             return Checked(error.code, str(error))

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 
 from arm_executor.bins.book import BinBook
 from arm_executor.bins.records import Step, placed_of
-from arm_executor.goals.arm_request import request_of
+from arm_executor.goals.arm_request import aside_in_bin, request_of
 from arm_executor.goals.belt_view import BeltClock, BeltView
-from arm_executor.goals.judging import judge
+from arm_executor.goals.judging import expected_rest, judge
 from arm_executor.goals.outputs import BinsChanged, Happened, Output, Progress, Said
 from arm_executor.goals.place_goal import PlaceGoal
 from arm_executor.goals.plan_cache import PlanCache
@@ -137,7 +137,8 @@ class Placing:
         """Plan the motion; ``MotionError`` when there is none, or none that is short enough."""
         started = self._tools.steady()
         try:
-            request = request_of(self.goal, self._bin().station, self._belt.scan)
+            sigmas = self._tools.settings.profile.size_sigmas
+            request = request_of(self.goal, self._bin().station, self._belt.scan, sigmas)
             plan = self._tools.plans.plan(self._arm, request, self._book.state.poses)
         finally:
             self._planning_s += self._tools.steady() - started
@@ -266,16 +267,24 @@ class Placing:
         if result.measured is None:
             result = self._measure(result)
         standing = with_poses(target.boxes, self._book.state.poses)
-        expected = resting_pose(placed, decision.target, standing)
+        sigmas = self._tools.settings.profile.size_sigmas
+        aside = aside_in_bin(decision.box, self.goal.pick, decision.target, sigmas)
+        rest = resting_pose(placed, decision.target, standing)
+        expected = expected_rest(rest, aside, result.measured)
         slack_s = self._budget_s - self._planning_s - result.motion_s
         code, text = judge(
-            result, placed, expected, self._tools.settings.tolerance, slack_s=slack_s
+            result,
+            placed,
+            expected,
+            self._tools.settings.tolerance,
+            size_sigmas=sigmas,
+            slack_s=slack_s,
         )
         known = {other.box.id for other in target.boxes}
         others = {key: pose for key, pose in result.others.items() if key in known}
         self._emit(Happened(self._book.verified(result.measured, others)))
         self._emit(BinsChanged(self._book.state))
-        return self._report(code, text, result)
+        return self._report(code, text, result, expected)
 
     def _measure(self, result: MotionResult) -> MotionResult:
         """The motion ended after the release but before the measurement: do it now."""
@@ -293,10 +302,12 @@ class Placing:
             others={other.box.id: settled[other.box.id] for other in target.boxes},
         )
 
-    def _report(self, code: ErrorCode, text: str, result: MotionResult) -> Report:
+    def _report(
+        self, code: ErrorCode, text: str, result: MotionResult, expected: Pose | None = None
+    ) -> Report:
         ended = replace(result, code=code, message=text)
         times = GoalTimes(self._budget_s, self._planning_s, self._wait_s)
-        return placement_report(self.goal, ended, times, self._tools.wall())
+        return placement_report(self.goal, ended, times, self._tools.wall(), expected)
 
 
 def _text(pose: Pose) -> str:

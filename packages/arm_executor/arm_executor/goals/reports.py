@@ -9,7 +9,7 @@ from arm_executor.goals.admission import Refusal
 from arm_executor.goals.place_goal import PlaceGoal
 from arm_executor.model.arm_interface import MotionResult
 from pack_msgs_py.cell_values import Report
-from pack_msgs_py.geometry.pose import corner_distance, metres, turn_between
+from pack_msgs_py.geometry.pose import Pose, corner_distance, metres, turn_between
 
 
 @dataclass(frozen=True)
@@ -26,9 +26,16 @@ class GoalTimes:
 
 
 def placement_report(
-    goal: PlaceGoal, result: MotionResult, times: GoalTimes, now_s: float
+    goal: PlaceGoal,
+    result: MotionResult,
+    times: GoalTimes,
+    now_s: float,
+    expected: Pose | None = None,
 ) -> Report:
-    """Report of a goal that ended at ``now_s``, seconds since the epoch, with ``result``."""
+    """Report of a goal that ended at ``now_s``, seconds since the epoch, with ``result``.
+
+    Errors count from ``expected``, where the box should rest; by default from the target.
+    """
     decision, measured = goal.decision, result.measured
     cycle_s = times.planning_s + result.motion_s
     report = Report(
@@ -51,10 +58,11 @@ def placement_report(
     )
     if measured is None:
         return report
+    expected = expected or decision.target
     return replace(
         report,
-        position_error_m=corner_distance(decision.target, measured, metres(decision.box.size_mm)),
-        angle_error_rad=turn_between(decision.target, measured),
+        position_error_m=corner_distance(expected, measured, metres(decision.box.size_mm)),
+        angle_error_rad=turn_between(expected, measured),
     )
 
 

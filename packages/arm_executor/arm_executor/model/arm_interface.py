@@ -31,13 +31,14 @@ class MotionError(Exception):
 
 @dataclass(frozen=True)
 class PlaceRequest:
-    """Pick ``box`` at ``pick`` and bring its centre to rest at ``target``.
+    """Pick ``box`` at ``pick`` and bring what is taken there to rest at ``target``.
 
     Attributes
     ----------
-    pick : centre of the box when it is grasped, frame `cell`.
+    pick : where the box is grasped, frame `cell`: its centre, moved along y by half of what it may
+        be larger than it was scanned; that point is what comes to rest at ``target``.
     station : where the target bin stands, 'A', 'B' or 'C'.
-    target : centre of the box at rest, bin frame of the station.
+    target : the same point of the box at rest, bin frame of the station.
     belt : other boxes that wait on the belt meanwhile, and their centres, frame `cell`; the path
         keeps clear of them.
     """

@@ -115,7 +115,6 @@ class ArmExecutor(Node):
         setup = ArmSetup(
             layout=self._layout,
             speed=parameters.speed,
-            tolerance=settings.tolerance,
             truth=self._truth,
         )
         self._core = ExecutorCore(

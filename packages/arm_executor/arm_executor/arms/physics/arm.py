@@ -35,7 +35,6 @@ from arm_executor.motion.collision import PlanningWorld
 from arm_executor.motion.planner import MotionPlanner
 from arm_executor.motion.timing import MotionLimits
 from pack_msgs_py.geometry.pose import Pose
-from pack_msgs_py.geometry.tolerance import Tolerance
 from pack_msgs_py.values import STATIONS, Bin, BinSpec, Box
 
 
@@ -47,7 +46,6 @@ class PhysicsArm:
     layout : which robot it is, and where everything stands.
     speed : robot seconds per wall-clock second; 0 as fast as possible.
     bin_spec : kind of bin that every station is checked for; ``None`` to check when bins come.
-    tolerance : what counts as placed.
     limits : assumed limits of motion.
     truth : what the boxes really are; without it they are as scanned.
 
@@ -72,7 +70,6 @@ class PhysicsArm:
         layout: Layout | None = None,
         speed: float = 0.0,
         bin_spec: BinSpec | None = None,
-        tolerance: Tolerance | None = None,
         limits: MotionLimits | None = None,
         truth: Truth | None = None,
     ) -> None:
@@ -98,7 +95,6 @@ class PhysicsArm:
             self.driver,
             self.bins,
             self.planning,
-            tolerance or Tolerance(),
             self._truth,
         )
 

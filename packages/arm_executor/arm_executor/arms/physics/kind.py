@@ -14,7 +14,6 @@ def _make(setup: ArmSetup) -> Arm:
     return PhysicsArm(
         layout=setup.layout,
         speed=setup.speed,
-        tolerance=setup.tolerance,
         truth=setup.truth,
     )
 
