@@ -162,6 +162,21 @@ def test_the_first_reason_in_the_order_of_the_codes_wins():
     assert admit(goal, situation(**wrong)) is None
 
 
+def test_a_box_planned_up_to_the_rim_may_stand_as_far_above_it_as_tops_are_off_from_their_plan():
+    height_mm = LDC.size_mm[2]
+    carrying = replace(
+        placed_of(make_decision(make_box(2, (296.0, 196.0, height_mm - 150.0)))),
+        measured_mm=(152.0, 102.0, (height_mm - 150.0) / 2),
+    )
+    decision = make_decision(BOX, (0, 0, int(height_mm) - 150))
+    for above_mm, admitted in ((4.9, True), (5.1, False)):
+        stands = replace(carrying, measured_mm=(152.0, 102.0, (height_mm - 150.0) / 2 + above_mm))
+        x, y, z = decision.target.position
+        raised = replace(decision, target=Pose((x, y, z + above_mm / 1e3)))
+        refusal = admit(make_goal(raised), situation(placed=[stands]))
+        assert (refusal is None) is admitted, refusal
+
+
 def test_candidates_need_no_deadline():
     late = replace(GOAL, deadline_s=0.0)
     assert admit(late, situation(), with_deadline=False) is None

@@ -15,6 +15,9 @@ from pack_msgs_py.values import Bin, check_box, frame_name
 CELL_FRAME = 'cell'
 #: Two measurements of the same box agree within this much.
 SIZE_TOLERANCE_MM = 1.0
+#: A box that is planned up to the rim may be expected so far above it: the tops under it are where
+#: they were measured, and heights are known to a few millimetres.
+RIM_TOLERANCE_MM = 5.0
 
 
 @dataclass(frozen=True)
@@ -76,7 +79,8 @@ def target_of(goal: PlaceGoal, bins: BookState) -> Bin:
         'xyz', decision.target.position, true_size, target.spec.size_mm, strict=True
     ):
         low, high = 1e3 * centre - edge / 2, 1e3 * centre + edge / 2
-        if low < -SIZE_TOLERANCE_MM or high > limit + SIZE_TOLERANCE_MM:
+        above = RIM_TOLERANCE_MM if axis == 'z' else SIZE_TOLERANCE_MM
+        if low < -SIZE_TOLERANCE_MM or high > limit + above:
             msg = (
                 f'placement.pose puts box {box.id!r} at {axis} {low:.1f} to {high:.1f} mm, '
                 f'outside bin {target.id!r} of {limit} mm'
