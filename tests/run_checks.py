@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from cell_process import CellProcess
 
+from pack_cell.options.run_options import run_options
 from pack_cell.report.ended_run import execution_profile
 from pack_msgs_py.validator import validate_sequence
 from pack_msgs_py.values import Box, PlacedBox, parse_bin
@@ -40,8 +41,9 @@ def replay(cell: CellProcess) -> dict[int, list[PlacedBox]]:
 
 
 def assert_rules_hold(cell: CellProcess, bin_type: str, profile: str = 'cell') -> None:
+    rules = execution_profile(run_options({'profile': profile}))
     for boxes in replay(cell).values():
-        broken = validate_sequence(boxes, parse_bin(bin_type), execution_profile(profile))
+        broken = validate_sequence(boxes, parse_bin(bin_type), rules)
         assert broken == [], '\n'.join(map(str, broken))
 
 

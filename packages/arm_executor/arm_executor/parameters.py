@@ -10,7 +10,7 @@ from arm_executor.model.robot_data import ROBOTS
 from pack_msgs_py.geometry.tolerance import Tolerance
 from pack_msgs_py.orientation import ORIENTATION_RULES
 from pack_msgs_py.parameter_fields import parameter
-from pack_msgs_py.profiles import PROFILES, Profile
+from pack_msgs_py.profiles import PROFILES, Profile, adapted
 from pack_msgs_py.values import BIN_KINDS
 
 
@@ -58,6 +58,24 @@ class ExecutorParameters:
         "-1 for the profile's own.",
         low=-1.0,
         high=10.0,
+        read_only=True,
+    )
+    clearance_mm: float = parameter(
+        -1.0,
+        'Air between two boxes, half of it to a wall, before sizes are rounded up, like the '
+        "planner; -1 for the profile's own.",
+        unit='mm',
+        low=-1.0,
+        high=100.0,
+        read_only=True,
+    )
+    resolution_mm: int = parameter(
+        0,
+        'Grid to which x, y, lengths and breadths are rounded up, like the planner; '
+        "0 for the profile's own.",
+        unit='mm',
+        low=0,
+        high=100,
         read_only=True,
     )
     speed: float = parameter(
@@ -136,11 +154,13 @@ def settings_from(
     Where the arm lifts less than the profile allows, ``lifting_limit_kg`` is the limit; ``None``
     for an arm that lifts any box.
     """
-    profile = PROFILES[parameters.profile]
-    if parameters.orientations:
-        profile = replace(profile, orientations=parameters.orientations)
-    if parameters.size_sigmas >= 0:
-        profile = replace(profile, size_sigmas=parameters.size_sigmas)
+    profile = adapted(
+        PROFILES[parameters.profile],
+        orientations=parameters.orientations,
+        size_sigmas=parameters.size_sigmas,
+        clearance_mm=parameters.clearance_mm,
+        resolution_mm=parameters.resolution_mm,
+    )
     if lifting_limit_kg is not None:
         lift_kg = min(lifting_limit_kg, profile.max_payload_kg or math.inf)
         profile = replace(profile, max_payload_kg=lift_kg)

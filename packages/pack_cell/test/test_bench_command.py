@@ -63,6 +63,16 @@ def test_a_box_file_is_packed_and_what_does_not_fit_is_said(box_file, tmp_path, 
     assert 'look-ahead 5 sees all 4 boxes' in output.err
 
 
+def test_margins_of_ones_own_are_part_of_the_record(tmp_path):
+    path = tmp_path / 'r.json'
+    few = ('--bins', '60x40x40', '--collections', '1', '--profile', 'dense', '--json', path)
+    assert bench(*few, '--algorithms', 'first_fit') == 0
+    assert bench(*few, '--algorithms', 'first_fit', '--clearance', '0', '--resolution', '1') == 0
+    usual, tight = (record['settings'] for record in json.loads(path.read_text()))
+    assert (tight['clearance_mm'], tight['resolution_mm']) == (0, 1)
+    assert 'clearance_mm' not in usual
+
+
 def test_paper_prints_table_1(capsys):
     few = ('--bins', 'SYN', '--look-ahead', '1', '--collections', '1', '--boxes-per-bin', '8')
     assert bench('--paper', *few, '--algorithms', 'o_first_fit', 'mpack_lite') == 0
@@ -104,6 +114,8 @@ WRONG = {
     'look-ahead 0': (['--look-ahead', '0'], 'look-ahead 0 is out of range'),
     'look-ahead 3-1': (['--look-ahead', '3-1'], 'look-ahead 3-1 is out of range'),
     'look-ahead x': (['--look-ahead', 'x'], "look-ahead 'x' is neither"),
+    'no grid': (['--resolution', '0'], '0 is out of range: it must be 1 to 100 mm'),
+    'wide air': (['--clearance', '101'], '101 is out of range: it must be 0 to 100 mm'),
     'four bins': (['--open-bins', '4'], '4 is out of range'),
     'no profile': (['--profile', 'lab'], "invalid choice: 'lab'"),
     'no file': (['--boxes', '/no/such.csv'], 'box file /no/such.csv cannot be read'),

@@ -46,6 +46,7 @@ def test_arguments_become_parameters_of_the_nodes_that_they_are_about():
         {
             'belt_mode': 'continuous', 'arrivals': 'poisson:900', 'jams': 'random:600,20',
             'faults': 'all=0.01', 'scan_sigma': '3', 'size_sigmas': '1', 'max_laps': '7',
+            'clearance': '1', 'resolution': '5',
             'destinations': '2', 'arm': 'timed',
         }
     )  # fmt: skip
@@ -58,7 +59,9 @@ def test_arguments_become_parameters_of_the_nodes_that_they_are_about():
         3.0,
         7,
     )
-    assert nodes['planner']['size_sigmas'] == nodes['arm_executor']['size_sigmas'] == 1.0
+    for node in ('planner', 'arm_executor'):
+        names = ('size_sigmas', 'clearance_mm', 'resolution_mm')
+        assert [nodes[node][name] for name in names] == [1.0, 1.0, 5]
     assert (conveyor['destinations'], nodes['arm_executor']['destinations']) == (2, 'D1,D2')
 
 

@@ -1,14 +1,18 @@
 """Wrong options and files are one clear line and exit code 2, before anything starts."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
+from arm_executor.parameters import ExecutorParameters, settings_from
 from conveyor_sim.scanning.faults import FAULTS
 from pack_cell.cli import main
 from pack_cell.options.declaration import declared_options
 from pack_cell.options.run_options import RunOptions, parse_run_options
+from pack_cell.report.ended_run import execution_profile
 from pack_cell.running.node_commands import node_parameters
+from pack_planner.parameters import PlannerParameters, settings
 
 WRONG = [
     (['--bin', 'LDX'], 'unknown bin'),
@@ -29,6 +33,10 @@ WRONG = [
     (['--unknown'], 'unrecognized'),
     (['--scan-sigma', '51'], '0 to 50 mm'),
     (['--size-sigmas', 'nan'], '0 to 10'),
+    (['--clearance', '-1'], '0 to 100 mm'),
+    (['--resolution', '2.5'], 'whole number'),
+    (['--resolution', '0'], '1 to 100 mm'),
+    (['--planner', 'clearance_mm=1'], 'NAME=VALUE'),
     (['--destinations', '-1'], '0 to 1000'),
     (['--max-laps', '1.5'], 'whole number'),
     (['--belt-mode', 'flying'], 'flying'),
@@ -95,6 +103,29 @@ def test_the_scanner_is_as_good_as_the_profile_says_unless_told_otherwise(
 ):
     options = parse_run_options(arguments)
     assert (options.scan_sigma_mm, options.size_sigmas) == (sigma_mm, sigmas)
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'clearance_mm', 'resolution_mm'),
+    [
+        ([], 4.0, 10),
+        (['--profile', 'paper'], 0.0, 10),
+        (['--profile', 'dense', '--clearance', '1.5', '--resolution', '1'], 1.5, 1),
+        (['--clearance', '0'], 0.0, 10),
+    ],
+)
+def test_planner_executor_and_report_keep_the_same_margins(
+    arguments, clearance_mm, resolution_mm, tmp_path
+):
+    options = parse_run_options(arguments)
+    nodes = node_parameters(tmp_path, options)
+    planner = PlannerParameters(**nodes['planner'])
+    executor = ExecutorParameters(**nodes['arm_executor'])
+    rules = execution_profile(options)
+    assert (rules.clearance_mm, rules.resolution_mm) == (clearance_mm, resolution_mm)
+    unlimited = replace(rules, max_payload_kg=None)
+    for theirs in (settings(planner).profile, settings_from(executor).profile):
+        assert replace(theirs, max_payload_kg=None) == unlimited
 
 
 def test_a_missing_box_file_is_one_line(tmp_path, capsys):

@@ -194,7 +194,8 @@ def placed_box(record, name, serial):
 
 
 def test_what_a_long_run_is_done_with_is_on_disk_and_still_counted(tmp_path):
-    record = RunRecord(archive=Archive(tmp_path / 'placements.jsonl', execution_profile('cell')))
+    rules = execution_profile(parse_run_options([]))
+    record = RunRecord(archive=Archive(tmp_path / 'placements.jsonl', rules))
     record.on_event(event(BoxEventKind.REJECTED, 'ugly', 0.5))
     count = 3 * KEPT_BINS
     reports = [placed_box(record, f'box-{serial}', serial) for serial in range(1, count + 1)]

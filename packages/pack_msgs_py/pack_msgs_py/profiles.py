@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from pack_msgs_py.orientation import ORIENTATION_RULES, oriented_size
 from pack_msgs_py.values import Box, Int3
@@ -61,6 +61,9 @@ class Profile:
         if self.resolution_mm < 1 or self.resolution_z_mm < 1:
             msg = f'resolution must be at least 1 mm, got {self.resolution_mm} mm'
             raise ValueError(msg)
+        if not 0 <= self.clearance_mm < math.inf:
+            msg = f'clearance must be 0 mm or more, got {self.clearance_mm} mm'
+            raise ValueError(msg)
 
 
 PROFILES: dict[str, Profile] = {
@@ -108,6 +111,33 @@ def find_profile(name: str) -> Profile:
     except KeyError:
         msg = f'unknown profile {name!r}: use one of {", ".join(PROFILES)}'
         raise ValueError(msg) from None
+
+
+def adapted(
+    profile: Profile,
+    *,
+    orientations: str = '',
+    size_sigmas: float = -1.0,
+    clearance_mm: float = -1.0,
+    resolution_mm: int = 0,
+) -> Profile:
+    """``profile`` as a cell is set up: each value instead of its own, unless it is the default.
+
+    Planner, executor and report call this with the same values, and so judge by the same rules.
+
+    >>> adapted(PROFILES['dense'], clearance_mm=2.0).clearance_mm
+    2.0
+    """
+    given: dict[str, object] = {}
+    if orientations:
+        given['orientations'] = orientations
+    if size_sigmas >= 0:
+        given['size_sigmas'] = size_sigmas
+    if clearance_mm >= 0:
+        given['clearance_mm'] = clearance_mm
+    if resolution_mm > 0:
+        given['resolution_mm'] = resolution_mm
+    return replace(profile, **given)  # type: ignore[arg-type]
 
 
 def _round_up(value: float, step: int) -> int:

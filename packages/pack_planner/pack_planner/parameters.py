@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from pack_msgs_py.orientation import ORIENTATION_RULES
 from pack_msgs_py.parameter_fields import parameter
-from pack_msgs_py.profiles import PROFILES, find_profile
+from pack_msgs_py.profiles import PROFILES, adapted, find_profile
 from pack_planner.algorithms import find_algorithm
 from pack_planner.algorithms.base import BACKENDS
 from pack_planner.decision.options import (
@@ -46,6 +46,22 @@ class PlannerParameters:
         "executor; -1 for the profile's own",
         low=-1.0,
         high=10.0,
+    )
+    clearance_mm: float = parameter(
+        -1.0,
+        'air between two boxes, half of it to a wall, before sizes are rounded up, like the '
+        "executor; -1 for the profile's own",
+        unit='mm',
+        low=-1.0,
+        high=100.0,
+    )
+    resolution_mm: int = parameter(
+        0,
+        'grid to which x, y, lengths and breadths are rounded up, like the executor; '
+        "0 for the profile's own",
+        unit='mm',
+        low=0,
+        high=100,
     )
     max_payload_kg: float = parameter(
         0.0,
@@ -140,11 +156,13 @@ class PlannerParameters:
 
 def settings(parameters: PlannerParameters) -> PolicySettings:
     """How to decide under these parameters; ``ValueError`` says which of them cannot be."""
-    profile = find_profile(parameters.profile)
-    if parameters.orientations:
-        profile = replace(profile, orientations=parameters.orientations)
-    if parameters.size_sigmas >= 0:
-        profile = replace(profile, size_sigmas=parameters.size_sigmas)
+    profile = adapted(
+        find_profile(parameters.profile),
+        orientations=parameters.orientations,
+        size_sigmas=parameters.size_sigmas,
+        clearance_mm=parameters.clearance_mm,
+        resolution_mm=parameters.resolution_mm,
+    )
     if parameters.max_payload_kg:
         lift = min(parameters.max_payload_kg, profile.max_payload_kg or math.inf)
         profile = replace(profile, max_payload_kg=lift)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from planner_cases import SMALL
 
+from pack_msgs_py.profiles import adapted
 from pack_planner import (
     PROFILES,
     AlgorithmError,
@@ -46,6 +47,21 @@ def test_placements_come_as_they_are_decided_and_boxes_are_taken_as_they_are_nee
     next(packing)
     assert taken == [0, 1, 2, 3]
     assert packing.figures.boxes == 2
+
+
+@pytest.mark.parametrize('algorithm', ['mpack_lite', 'rollout'])
+@pytest.mark.parametrize('profile', ['cell', 'dense'])
+@pytest.mark.parametrize(
+    ('clearance_mm', 'resolution_mm', 'in_a_bin'), [(0.0, 10, 24), (0.0, 1, 24), (4.0, 1, 12)]
+)
+def test_crates_of_a_quarter_of_a_pallet_fill_it_where_margins_leave_the_room(
+    algorithm, profile, clearance_mm, resolution_mm, in_a_bin
+):
+    rules = adapted(PROFILES[profile], clearance_mm=clearance_mm, resolution_mm=resolution_mm)
+    crates = [Box(f'crate {n}', (600.0, 400.0, 240.0), weight_kg=8.0) for n in range(25)]
+    packing = pack(crates, '120x80x150:pallet', algorithm, open_bins=1, profile=rules)
+    packing.finish()
+    assert len(packing.bins[0].boxes) == in_a_bin
 
 
 def test_a_full_bin_is_closed_and_the_figures_say_so():

@@ -6,11 +6,10 @@ import argparse
 import hashlib
 import sys
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from pack_cell.bench.options import MAX_BUDGET_S
-from pack_msgs_py.profiles import find_profile
+from pack_msgs_py.profiles import adapted, find_profile
 from pack_msgs_py.values import parse_bin
 
 if TYPE_CHECKING:
@@ -32,7 +31,12 @@ def settings_of(arguments: argparse.Namespace) -> BenchSettings:
     orientations = arguments.orientations or profile.orientations
     if not arguments.orientations and profile.name == 'paper':
         orientations = paper.ORIENTATIONS
-    profile = replace(profile, orientations=orientations)
+    profile = adapted(
+        profile,
+        orientations=orientations,
+        clearance_mm=arguments.clearance,
+        resolution_mm=arguments.resolution,
+    )
     return BenchSettings(
         profile=profile,
         open_bins=arguments.open_bins,

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from conveyor_sim.streams import SYNTAX
-from pack_cell.options.parsers import NumberRange, whole
+from pack_cell.options.parsers import CLEARANCE, RESOLUTION, NumberRange, whole
 from pack_msgs_py.orientation import ORIENTATION_RULES
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import BIN_KINDS
@@ -83,6 +83,16 @@ def _add_questions(parser: argparse.ArgumentParser) -> None:
         '--orientations', choices=tuple(ORIENTATION_RULES),
         help="orientation rule instead of the profile's own; with profile paper the default is "
         "any, as in the paper's experiments",
+    )  # fmt: skip
+    rules.add_argument(
+        '--clearance', type=CLEARANCE, default=-1.0, metavar='MM',
+        help="air between two boxes, and half of it to a wall, instead of the profile's own "
+        f'({CLEARANCE})',
+    )  # fmt: skip
+    rules.add_argument(
+        '--resolution', type=RESOLUTION, default=0, metavar='MM',
+        help="grid to which positions and sizes are rounded up along x and y, instead of the "
+        f"profile's own ({RESOLUTION})",
     )  # fmt: skip
     rules.add_argument(
         '--open-bins', type=whole(1, 3), default=3, metavar='N', help='1 to 3 (default 3)'

@@ -10,6 +10,7 @@ from dataclasses import asdict
 from pack_cell.bench.paper import paper_figures
 from pack_cell.bench.values import BenchSettings, Case, JsonObject, Packed
 from pack_msgs_py.metrics import time_summary
+from pack_msgs_py.profiles import find_profile
 from pack_planner.algorithms import find_algorithm
 
 #: Keys of a record that say what it is about; the others say what came of it.
@@ -65,6 +66,12 @@ def identity(case: Case, settings: BenchSettings) -> JsonObject:
     source, profile = case.source, settings.profile
     algorithm = find_algorithm(case.algorithm, case.digest)
     own_file = {'algorithm_digest': case.digest} if case.digest else {}
+    usual = find_profile(profile.name)
+    margins = {
+        name: getattr(profile, name)
+        for name in ('clearance_mm', 'resolution_mm')
+        if getattr(profile, name) != getattr(usual, name)
+    }
     return {
         'algorithm': algorithm.name,
         'backend': case.backend if algorithm.backends else None,
@@ -89,6 +96,7 @@ def identity(case: Case, settings: BenchSettings) -> JsonObject:
             'shuffle': source.shuffle,
             'boxes_digest': source.digest,
             **own_file,
+            **margins,
         },
     }
 

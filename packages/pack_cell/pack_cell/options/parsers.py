@@ -59,9 +59,13 @@ class NumberRange:
         return f'{span} {self.unit}'.rstrip()
 
 
-def whole(low: int, high: int) -> NumberRange:
+def whole(low: int, high: int, unit: str = '') -> NumberRange:
     """Reads a whole number from ``low`` to ``high``."""
-    return NumberRange(low, high, whole=True)
+    return NumberRange(low, high, unit, whole=True)
+
+
+#: Margins that replace those of a profile, in `cell run` and `cell bench` alike.
+CLEARANCE, RESOLUTION = NumberRange(0, 100, 'mm'), whole(1, 100, 'mm')
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from pack_planner.parameters import PlannerParameters, settings
 
 #: Parameters that follow from other options of ``cell run``.
 OWN_OPTION = (
-    'algorithm', 'profile', 'orientations', 'size_sigmas', 'max_payload_kg', 'look_ahead',
-    'deadline_s',
+    'algorithm', 'profile', 'orientations', 'size_sigmas', 'clearance_mm', 'resolution_mm',
+    'max_payload_kg', 'look_ahead', 'deadline_s',
 )  # fmt: skip
 
 

@@ -23,6 +23,8 @@ from pack_cell.options.declaration import (
     option,
 )
 from pack_cell.options.parsers import (
+    CLEARANCE,
+    RESOLUTION,
     NumberRange,
     OneLineParser,
     OneOf,
@@ -158,6 +160,31 @@ class RunOptions:
         by_profile={name: profile.size_sigmas for name, profile in PROFILES.items()},
         see='scanner.md',
         parameters=('planner.size_sigmas', 'arm_executor.size_sigmas'),
+        in_summary=True,
+    )
+    clearance_mm: float = option(
+        '',
+        'air that is kept free between two boxes, and half of it to a wall',
+        _DECIDE,
+        name='clearance',
+        read=CLEARANCE,
+        metavar='MM',
+        by_profile={name: profile.clearance_mm for name, profile in PROFILES.items()},
+        see='scanner.md',
+        parameters=('planner.clearance_mm', 'arm_executor.clearance_mm'),
+        in_summary=True,
+    )
+    resolution_mm: int = option(
+        '',
+        'grid to which x, y, and the lengths and breadths of boxes with their margins are rounded '
+        'up',
+        _DECIDE,
+        name='resolution',
+        read=RESOLUTION,
+        metavar='MM',
+        by_profile={name: profile.resolution_mm for name, profile in PROFILES.items()},
+        see='scanner.md',
+        parameters=('planner.resolution_mm', 'arm_executor.resolution_mm'),
         in_summary=True,
     )
     planner: tuple[tuple[str, Value], ...] = option(

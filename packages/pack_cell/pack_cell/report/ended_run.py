@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -12,19 +12,22 @@ from pack_cell.report.accounts import BoxAccounts, disagreements
 from pack_cell.report.archive import BinFigures
 from pack_cell.report.record import RunRecord
 from pack_msgs_py.metrics import fill_metrics_of
-from pack_msgs_py.profiles import Profile, find_profile
+from pack_msgs_py.profiles import Profile, adapted, find_profile
 from pack_msgs_py.rules import Violation
 
 
-def execution_profile(
-    name: str, size_sigmas: float | None = None, grasp_faces: str = 'top'
-) -> Profile:
-    """The rules as a run with an arm applies them, ``size_sigmas`` instead of the profile's own.
+def execution_profile(options: RunOptions) -> Profile:
+    """The rules as planner and executor of a run apply them.
 
     Whatever the profile allows, it is the arm's ``grasp_faces`` that orientations depend on.
     """
-    profile = replace(find_profile(name), orientations=GRASP_FACES[grasp_faces])
-    return profile if size_sigmas is None else replace(profile, size_sigmas=size_sigmas)
+    return adapted(
+        find_profile(options.profile),
+        orientations=GRASP_FACES[options.grasp_faces],
+        size_sigmas=options.size_sigmas,
+        clearance_mm=options.clearance_mm,
+        resolution_mm=options.resolution_mm,
+    )
 
 
 @dataclass(frozen=True)
@@ -54,10 +57,7 @@ class EndedRun:
 
     @cached_property
     def _bins(self) -> tuple[list[BinFigures], list[BinFigures]]:
-        options = self.options
-        return self.record.bin_figures(
-            execution_profile(options.profile, options.size_sigmas, options.grasp_faces)
-        )
+        return self.record.bin_figures(execution_profile(self.options))
 
     @property
     def closed_bins(self) -> list[BinFigures]:

@@ -101,7 +101,7 @@ def run(options: RunOptions, command: Sequence[str]) -> int:
         {'ROS_DOMAIN_ID': str(lock.number), 'PYTHONUNBUFFERED': '1'},
         respawn=options.respawn,
     )
-    rules = execution_profile(options.profile, options.size_sigmas, options.grasp_faces)
+    rules = execution_profile(options)
     record = RunRecord(archive=Archive(folder / 'placements.jsonl', rules))
     watch = RunWatch(options, supervisor, record, stop, began, folder)
     with RunDisplay(record, quiet=options.quiet) as display:
