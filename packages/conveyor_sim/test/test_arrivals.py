@@ -65,6 +65,38 @@ def test_a_file_of_times_that_cannot_be_used_is_refused_with_its_line(tmp_path, 
 
 
 @pytest.mark.parametrize(
+    'content',
+    [
+        '\ufeff0.0\n1.75\n3.5\n9.25\n',
+        'time_s\n0,0\n1,75\n3,50\n9,25\n',
+        '0,00\n1,75\n3,50\n9,25\n5009,05\n',
+        'time;box\r\n0;1\r\n1.75;2\r\n3.5;3\r\n9.25;4\r\n',
+        'Zeit;Box\n0,0;1\n1,75;2\n3,5;3\n9,25;4\n',
+        't|box\n0|1\n1.75|2\n3.5|3\n9.25|4\n',
+        '0.0,1\n1.75,2\n3.5,3\n9.25,4\n',
+    ],
+    ids=['bom', 'comma', 'zero', 'semicolon', 'comma-semicolon', 'bar', 'point'],
+)
+def test_recorded_times_are_read_as_they_are_written(tmp_path, content):
+    path = tmp_path / 'times.csv'
+    path.write_text(content, encoding='utf-8', newline='')
+    assert times(f'recorded:{path}', 4) == [0.0, 1.75, 3.5, 9.25]
+
+
+def test_a_header_says_that_commas_separate_columns(tmp_path):
+    path = tmp_path / 'times.csv'
+    path.write_text('time_s,box\n0,1\n5,2\n9,3\n')
+    assert times(f'recorded:{path}', 3) == [0.0, 5.0, 9.0]
+
+
+def test_commas_that_may_mean_either_are_refused_with_both_readings(tmp_path):
+    path = tmp_path / 'times.csv'
+    path.write_text('0,0\n1,75\n3,50\n9,25\n')
+    with pytest.raises(ValueError, match=r'9\.25 s, or the time 9 s and a second column 25'):
+        find_arrivals(f'recorded:{path}')
+
+
+@pytest.mark.parametrize(
     'text',
     ['', 'often', 'saturated:3', 'poisson', 'poisson:0', 'poisson:nan', 'poisson:-1', 'bursts:3',
      'bursts:0,5', 'bursts:2.5,5', 'bursts:3,inf', 'recorded:', 'recorded:/nowhere.csv'],

@@ -5,10 +5,11 @@ from __future__ import annotations
 import pytest
 from conveyor_rig import EPOCH, SIZE, ConveyorRig, bad_row
 
+from conveyor_sim.induct.alignment import quarter_turned
 from conveyor_sim.ledger.ledger import Whereabouts
 from pack_msgs_py.codes import BoxEventKind as Kind
 from pack_msgs_py.codes import Reason
-from pack_msgs_py.values import Box
+from pack_msgs_py.values import UP_NEG_Y, UP_POS_X, UP_POS_Y, Box
 
 
 def test_the_box_that_the_arm_waits_for_comes_without_its_decision():
@@ -174,7 +175,7 @@ def test_foreign_boxes_are_complained_about_and_change_nothing():
 
 
 def test_bad_rows_and_boxes_too_big_for_the_belt_count_as_supplied_and_rejected():
-    entries = [bad_row('x'), Box('a', SIZE), Box('wide', (700, 200, 100)), Box('b', SIZE)]
+    entries = [bad_row('x'), Box('a', SIZE), Box('wide', (700, 680, 100)), Box('b', SIZE)]
     cell = ConveyorRig([*entries, bad_row('y')])
     assert [event.box_id for event in cell.started.events] == ['x', 'wide', 'y']
     reasons = [event.reason for event in cell.started.events]
@@ -254,3 +255,25 @@ def test_a_restart_with_another_look_ahead_keeps_every_box(tmp_path, slots):
     assert again.ids() == [f'b{n}' for n in range(slots)]
     assert again.scan().supplied == max(5, slots)
     assert sum(again.ledger.counts().values()) == max(5, slots)
+
+
+def test_the_induct_turns_a_box_that_lies_with_its_long_edge_across_the_belt():
+    cell = ConveyorRig([Box('long', (800, 400, 300)), Box('board', (1100, 160, 18))])
+    cell.conveyor.insert_box(Box('by hand', (900.0, 300.0, 100.0)), *cell.clock())
+    scan = cell.scan()
+    sizes = {item.box.id: item.box.size_mm for item in scan.boxes}
+    assert cell.started.events == ()
+    assert sizes == {
+        'long': (400, 800, 300), 'board': (160, 1100, 18), 'by hand': (300, 900, 100)
+    }  # fmt: skip
+    cell.restart()
+    assert cell.scan().boxes[0].box.size_mm == scan.boxes[0].box.size_mm
+
+
+def test_a_quarter_turn_carries_faces_and_centre_of_mass_along():
+    box = Box('a', (30, 20, 10), com_offset_mm=(3.0, 1.0, 2.0), allowed_up=UP_POS_X | UP_NEG_Y)
+    turned = quarter_turned(box)
+    assert (turned.size_mm, turned.com_offset_mm) == ((20, 30, 10), (-1.0, 3.0, 2.0))
+    assert turned.allowed_up == UP_POS_Y | UP_POS_X
+    again = quarter_turned(quarter_turned(quarter_turned(turned)))
+    assert again == box

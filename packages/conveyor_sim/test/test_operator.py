@@ -42,7 +42,7 @@ def test_an_id_that_is_or_will_be_there_is_not_inserted(name):
 def test_a_box_that_cannot_ride_is_not_inserted():
     cell = ConveyorRig()
     with pytest.raises(ValueError, match='700 mm'):
-        cell.conveyor.insert_box(Box('wide', (700.0, 200.0, 100.0)), *cell.clock())
+        cell.conveyor.insert_box(Box('wide', (700.0, 680.0, 100.0)), *cell.clock())
     assert sum(cell.conveyor.counts.values()) == 5
 
 

@@ -1,13 +1,16 @@
 """What a run prints as it happens, and in which order."""
 
+import os
+import subprocess
+import sys
 from dataclasses import replace
 
 import pytest
 
 from pack_cell.report.record import RunRecord
 from pack_cell.running.display import RunDisplay
-from pack_msgs_py.cell_values import Decision, Report
-from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.cell_values import BoxEvent, Decision, Report
+from pack_msgs_py.codes import BoxEventKind, ErrorCode, Reason
 from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin
 
 BOX = Box('a', (596.0, 396.0, 200.0), 5.0)
@@ -64,3 +67,59 @@ def test_a_box_that_was_refused_first_is_awaited_until_it_is_placed(capsys):
 
     _, order = printed(capsys, refuse, close, report)
     assert order[-2:] == ['a', 'closed']
+
+
+@pytest.mark.parametrize(
+    'name', ['box[1]', '[red]A', 'KARTON[/2]', 'lot:key:12', '[link=x]', '\\[b]']
+)
+def test_names_are_printed_as_they_are(capsys, name):
+    box = replace(BOX, id=name)
+    record = RunRecord()
+    record.on_decision(Decision(box, 'LDC-1', 1, 0, 'xyz', stamp_s=2.0))
+    placed = replace(REPORT, box_id=name)
+    refused = replace(placed, code=ErrorCode.BUSY, goal_id=b'2' * 16, message=name)
+    with RunDisplay(record) as display:
+        for told in (refused, placed):
+            record.on_report(told)
+            display.on_change('report', told)
+        for kind in (BoxEventKind.REJECTED, BoxEventKind.LOST):
+            display.on_change('event', BoxEvent(name, kind, Reason.OVERSIZE, name))
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == 4
+    assert all(line.split()[0] == name or line.split()[1] == name for line in lines)
+    assert all(line.endswith(name) for line in (lines[0], *lines[2:]))
+
+
+def run_display(stdout, **environment):
+    """A run of three boxes is displayed by a process of its own; its exit code and errors."""
+    program = (
+        'from pack_cell.running.display import RunDisplay\n'
+        'from pack_cell.report.record import RunRecord\n'
+        'display = RunDisplay(RunRecord())\n'
+        'for number in range(3): display.say(f"K\\u00e4se \\u4e2d {number}")\n'
+        'display.console.problem("the end")\n'
+    )
+    return subprocess.run(
+        [sys.executable, '-c', program], stdout=stdout, stderr=subprocess.PIPE, check=False,
+        env=os.environ | environment, text=True,
+    )  # fmt: skip
+
+
+def test_a_terminal_that_knows_ascii_alone_is_told_in_escapes():
+    done = run_display(subprocess.PIPE, PYTHONIOENCODING='ascii')
+    assert (done.returncode, done.stderr) == (0, 'the end\n')
+    assert done.stdout.splitlines()[0] == r'K\xe4se \u4e2d 0'
+
+
+def test_a_closed_pipe_ends_the_printing_and_nothing_else():
+    reader, writer = os.pipe()
+    os.close(reader)
+    with os.fdopen(writer, 'wb') as closed:
+        done = run_display(closed)
+    assert (done.returncode, done.stderr) == (0, 'the end\n')
+
+
+def test_a_full_disk_ends_the_printing_and_nothing_else():
+    with open('/dev/full', 'wb') as full:
+        done = run_display(full)
+    assert (done.returncode, done.stderr) == (0, 'the end\n')

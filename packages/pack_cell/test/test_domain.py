@@ -2,7 +2,7 @@
 
 import pytest
 
-from pack_cell.running.ros_domain import DomainTaken, hold_domain
+from pack_cell.running.ros_domain import DomainTaken, hold_domain, loopback_trouble
 
 
 def test_two_cells_get_two_domains(monkeypatch):
@@ -36,3 +36,12 @@ def test_a_wrong_domain_is_refused_with_its_text(monkeypatch, text):
     monkeypatch.setenv('ROS_DOMAIN_ID', text)
     with pytest.raises(ValueError, match='ROS_DOMAIN_ID'):
         hold_domain()
+
+
+@pytest.mark.parametrize(('flags', 'words'), [('0x8\n', 'ip link set lo up'), ('0x9\n', '')])
+def test_a_loopback_interface_that_is_down_is_named(tmp_path, flags, words):
+    path = tmp_path / 'flags'
+    path.write_text(flags)
+    assert words in loopback_trouble(path)
+    assert bool(loopback_trouble(path)) == bool(words)
+    assert loopback_trouble(tmp_path / 'none') == ''

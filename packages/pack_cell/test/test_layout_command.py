@@ -44,6 +44,15 @@ def test_short_arm_is_refused_with_the_reason_and_code_1(capsys):
     assert 'take a longer arm than ur5e' in text
 
 
+def test_the_arm_that_reaches_farthest_is_not_told_to_be_longer(capsys):
+    assert (
+        main(['layout', '--check', '--bin', '400x120x80', '--samples', '0', '--least', '99']) == 1
+    )
+    text = capsys.readouterr().out
+    assert 'no arm that is known reaches farther: change rail' in text
+    assert 'longer arm' not in text
+
+
 @pytest.mark.parametrize('robot', ['ur5e', 'ur16e'])
 def test_short_arm_in_its_own_layout_packs_small_bins(robot):
     verdict = judge(find_layout('', robot), parse_bin('SYN'), samples=2, least=0.9)

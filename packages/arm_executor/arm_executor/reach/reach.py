@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from arm_executor.model.kinematics import BRANCHES, HOME_POSTURE, CellKinematics
 from arm_executor.model.layout import Layout, LayoutError, bin_frame, lifting_limit, pick_pose
-from arm_executor.model.robot_data import find_robot
+from arm_executor.model.robot_data import ROBOTS, find_robot
 from arm_executor.motion.task import hover_point
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import BinSpec, Box, Vec3
@@ -124,10 +124,11 @@ def check_reach(layout: Layout, bins: Mapping[str, BinSpec], least: float = LEAS
 
 
 def _advice(layout: Layout) -> str:
-    return (
-        f'take a longer arm than {layout.robot} (ur20 reaches farthest), or change '
-        'rail.base_height, stations.near_y or tool.length'
-    )
+    change = 'change rail.base_height, stations.near_y or tool.length'
+    farthest = max(ROBOTS.values(), key=lambda robot: robot.reach)
+    if find_robot(layout.robot).reach >= farthest.reach:
+        return f'no arm that is known reaches farther: {change}'
+    return f'take a longer arm than {layout.robot} ({farthest.name} reaches farthest), or {change}'
 
 
 def _possible(q: Array) -> NDArray[np.bool_]:

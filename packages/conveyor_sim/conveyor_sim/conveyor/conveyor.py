@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import partial
 
 from conveyor_sim.belt.belt_time import BeltTime
 from conveyor_sim.belt.loop import Belt
@@ -16,6 +17,7 @@ from conveyor_sim.conveyor.box_moves import BoxMoves
 from conveyor_sim.conveyor.news import ConveyorNews, merged
 from conveyor_sim.conveyor.operating_conditions import OperatingConditions
 from conveyor_sim.conveyor.scan_maker import ScanMaker
+from conveyor_sim.induct.alignment import aligned
 from conveyor_sim.induct.box_book import BoxBook, rejection
 from conveyor_sim.induct.induct import Induct, feed
 from conveyor_sim.ledger.ledger import BoxRecord, Ledger, Whereabouts
@@ -53,6 +55,7 @@ class Conveyor:
         self._belt = belt
         self._ledger = ledger
         inspection = conditions.inspection
+        stream = stream.laid(partial(aligned, refusal=belt.refusal))
         self._book = BoxBook(stream, ledger, inspection)
         self._induct = Induct(stream, self._book, conditions.arrivals, inspection, belt.refusal)
         self._time = BeltTime(belt, conditions.jams, conditions.speed)
@@ -238,6 +241,7 @@ class Conveyor:
         ValueError
             It cannot ride, or the cell knows a box of this name.
         """
+        box = aligned(box, self._belt.refusal)
         refusal = self._belt.refusal(box)
         if refusal:
             msg = f'box {box.id!r}: {refusal}'

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import random
+import re
 from collections.abc import Callable, Iterator
 from itertools import count
 from pathlib import Path
@@ -101,32 +102,64 @@ def _recorded(rest: str, seed: int) -> Iterator[float]:
 def read_times(path: Path) -> list[float]:
     """Time stamps of a file, seconds since the first line, one in a line.
 
-    Empty lines, and lines that begin with ``#``, are passed over. The first column counts where
-    there are more, separated by commas; a first line without a number is a header.
+    Empty lines, and lines that begin with ``#``, are passed over; a first line without a digit is
+    a header. Where there are more columns the first one counts. Semicolons, tabs and bars separate
+    columns; a comma does, or is a decimal comma, as the header says (one name or more) or as only
+    one of the two is possible.
 
     Raises
     ------
     ValueError
-        The file cannot be read, holds no time after 0, or its times do not grow.
+        The file cannot be read, holds no time after 0, its times do not grow, or its commas may
+        mean either.
     """
     try:
-        lines = path.read_text(encoding='utf-8').splitlines()
+        lines = path.read_text(encoding='utf-8-sig').splitlines()
     except (OSError, UnicodeDecodeError) as error:
         msg = f'arrivals: {path} cannot be read: {error}'
         raise ValueError(msg) from error
+    fields = [
+        (number, re.split(r'[;\t|]', line)[0].strip())
+        for number, line in enumerate(lines, 1)
+        if line.strip() and not line.lstrip().startswith('#')
+    ]
+    header = fields.pop(0)[1] if fields and not re.search('[0-9]', fields[0][1]) else ''
+    if _has_decimal_commas(fields, header, path):
+        return _checked_times([(number, field.replace(',', '.')) for number, field in fields], path)
+    return _checked_times([(number, field.split(',')[0].strip()) for number, field in fields], path)
+
+
+_WITH_POINT = re.compile(r'[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?', re.ASCII)
+_WITH_COMMA = re.compile(r'[+-]?\d+(,\d+)?', re.ASCII)
+
+
+def _has_decimal_commas(fields: list[tuple[int, str]], header: str, path: Path) -> bool:
+    """Whether a comma is a decimal comma and not between two columns."""
+    with_comma = [(number, field) for number, field in fields if ',' in field]
+    possible = all(_WITH_COMMA.fullmatch(field) for _, field in fields)
+    if not with_comma or not possible or ',' in header:
+        return False
+    if header or any(re.search(r',0\d', field) for _, field in with_comma):
+        return True
+    number, field = with_comma[-1]
+    whole, _, fraction = field.partition(',')
+    msg = (
+        f'arrivals: {path}, line {number}: {field!r} may be the time {whole}.{fraction} s, or the '
+        f'time {whole} s and a second column {fraction}: put a header above the times, time_s for '
+        'decimal commas or time_s,box for columns'
+    )
+    raise ValueError(msg)
+
+
+def _checked_times(fields: list[tuple[int, str]], path: Path) -> list[float]:
     times: list[float] = []
     first: float | None = None
-    for number, line in enumerate(lines, 1):
-        field = line.split(',')[0].strip()
-        if not field or field.startswith('#'):
-            continue
-        try:
-            value = float(field)
-        except ValueError:
-            if not times and number == 1:
-                continue
+    for number, field in fields:
+        finite = field.lower() not in ('nan', 'inf', '-inf')
+        if finite and not _WITH_POINT.fullmatch(field):
             msg = f'arrivals: {path}, line {number}: {field!r} is not a number of seconds'
-            raise ValueError(msg) from None
+            raise ValueError(msg)
+        value = float(field)
         if not math.isfinite(value):
             msg = f'arrivals: {path}, line {number}: {field} is not finite'
             raise ValueError(msg)

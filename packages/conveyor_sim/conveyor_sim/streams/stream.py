@@ -5,7 +5,8 @@ from __future__ import annotations
 import hashlib
 import random
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import replace
 from pathlib import Path
 
@@ -48,6 +49,7 @@ class Stream:
         self._length = count or self._per_turn
         self._seed = seed
         self._destinations = destinations
+        self._lay: Callable[[Box], Box] | None = None
         self.name = self._source.name
 
     @classmethod
@@ -72,6 +74,8 @@ class Stream:
             raise IndexError(msg)
         turn, place = divmod(ordinal, self._per_turn)
         entry = self._turn(turn)[place]
+        if self._lay is not None and isinstance(entry, Box):
+            entry = self._lay(entry)
         if self._destinations and isinstance(entry, Box) and not entry.destination:
             number = random.Random(f'{self._seed}/to/{ordinal}').randint(1, self._destinations)
             return replace(entry, destination=destination_names(self._destinations)[number - 1])
@@ -91,6 +95,12 @@ class Stream:
         """Equal for equal streams, whatever the file is called."""
         about = f'{self._length} {self._seed} {self._destinations} {self._source.fingerprint}'
         return hashlib.sha256(about.encode()).hexdigest()
+
+    def laid(self, lay: Callable[[Box], Box]) -> Stream:
+        """The same stream with each box as ``lay`` puts it down."""
+        stream = copy(self)
+        stream._lay = lay  # noqa: SLF001 - of the same class
+        return stream
 
     def _turn(self, number: int) -> tuple[Entry, ...]:
         if number not in self._turns:

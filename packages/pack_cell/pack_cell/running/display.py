@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from rich.console import Console
-from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.text import Text
 
 from pack_cell.report.record import RunRecord
 from pack_cell.report.summary import summary_lines
+from pack_cell.running.screen import Screen
 from pack_msgs_py.cell_values import BoxEvent, Decision, Report
 from pack_msgs_py.codes import BoxEventKind
 from pack_msgs_py.values import Bin
@@ -19,7 +19,7 @@ class RunDisplay:
     """Prints a run as it happens; only lines of text where no one looks at a terminal."""
 
     def __init__(self, record: RunRecord, *, quiet: bool = False) -> None:
-        self.console = Console(highlight=False, soft_wrap=True)
+        self.console = Screen()
         self._record = record
         self._quiet = quiet
         self._closed: list[Bin] = []
@@ -43,10 +43,10 @@ class RunDisplay:
         self._tell_closed(at_last=True)
         self._progress.stop()
 
-    def say(self, text: str) -> None:
-        """Print a line above the bar, unless quiet."""
+    def say(self, text: str | Text, style: str = '') -> None:
+        """Print a line as it is above the bar, unless quiet."""
         if not self._quiet:
-            self.console.print(text)
+            self.console.tell(text, style)
 
     def on_change(self, kind: str, value: object) -> None:
         """Show one change of the record."""
@@ -68,7 +68,7 @@ class RunDisplay:
             if at_last or not any(self._is_awaited(placed.box.id) for placed in closed.boxes):
                 self._closed.remove(closed)
                 boxes, fill = f'{len(closed.boxes)} boxes', f'{100 * closed.fill_rate:.1f} % full'
-                self.say(f'[cyan]       bin {closed.id} closed: {boxes}, {fill}[/]')
+                self.say(f'       bin {closed.id} closed: {boxes}, {fill}', 'cyan')
 
     def _is_awaited(self, box_id: str) -> bool:
         report = self._record.reports.get(box_id)
@@ -80,43 +80,36 @@ class RunDisplay:
         decision: Decision | None = self._record.decisions.get(report.box_id)
         size = 'x'.join(f'{edge:g}' for edge in box.size_mm) if box else '?'
         if not report.code.box_is_in_bin:
-            self.say(
-                f'[yellow]       {report.box_id} refused for {report.bin_id}: '
-                f'{report.code.name} {escape(report.message)}[/]'
-            )
+            text = f'{report.bin_id}: {report.code.name} {report.message}'
+            self.say(f'       {report.box_id} refused for {text}', 'yellow')
             return
         corner = decision.corner_mm if decision else ('?', '?', '?')
         planning = f'{1e3 * decision.planning_s:6.1f}' if decision else '     ?'
-        note = (
-            ''
-            if report.code.value == 0
-            else f' [red]{report.code.name} {escape(report.message)}[/]'
-        )
-        colour = 'green' if report.slack_s >= 0 else 'red'
         total = self._record.expected
         count = self._record.figures.in_bin
         at = '({:>4}, {:>4}, {:>4})'.format(*corner)
-        self.say(
+        line = Text(
             f'{count:>3}/{total if total is not None else "?":<3} {report.box_id:<24.24} '
             f'{size:>13} mm -> {report.bin_id:<7} {at} mm  plan {planning} ms  '
-            f'motion {report.motion_s:4.2f} s  slack [{colour}]{report.slack_s:+5.2f} s[/]{note}'
+            f'motion {report.motion_s:4.2f} s  slack '
         )
+        line.append(f'{report.slack_s:+5.2f} s', 'green' if report.slack_s >= 0 else 'red')
+        if report.code.value:
+            line.append(f' {report.code.name} {report.message}', 'red')
+        self.say(line)
 
     def _event(self, event: BoxEvent) -> None:
         if event.event is BoxEventKind.REJECTED:
             reason = event.reason.name.lower()
-            self.say(
-                f'[yellow]       {escape(event.box_id)} rejected, {reason}: {escape(event.text)}[/]'
-            )
+            self.say(f'       {event.box_id} rejected, {reason}: {event.text}', 'yellow')
         elif event.event in (BoxEventKind.RETURNED, BoxEventKind.LOST, BoxEventKind.UNKNOWN):
-            what = event.event.name.lower()
-            self.say(f'[red]       {escape(event.box_id)} {what}: {escape(event.text)}[/]')
+            self.say(f'       {event.box_id} {event.event.name.lower()}: {event.text}', 'red')
 
     def summary(self, summary: dict[str, Any], folder: object) -> None:
         """Print the summary of a run, a line per measure."""
-        self.console.print('\n[bold]Summary[/]')
+        self.console.tell('\nSummary', 'bold')
         for name, text in summary_lines(summary):
-            self.console.print(f'  {name:<18} {text}')
+            self.console.tell(f'  {name:<18} {text}')
         for problem in summary['problems']:
-            self.console.print(f'  [red]problem[/]            {escape(problem)}')
-        self.console.print(f'written to {folder}')
+            self.console.tell(Text.assemble('  ', ('problem', 'red'), f'            {problem}'))
+        self.console.tell(f'written to {folder}')

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import socket
+from pathlib import Path
 
 #: Domains above 101 would use ports of the range Linux hands out to clients.
 HIGHEST_DOMAIN = 101
@@ -67,3 +68,19 @@ def hold_domain() -> DomainLock:
             return lock
     msg = f'cells already run in all ROS domains from 0 to {HIGHEST_DOMAIN}'
     raise DomainTaken(msg)
+
+
+#: Where Linux tells the flags of the loopback interface, and the one that says that it is up.
+_LOOPBACK_FLAGS = Path('/sys/class/net/lo/flags')
+_IS_UP = 0x1
+
+
+def loopback_trouble(flags: Path = _LOOPBACK_FLAGS) -> str:
+    """Why nodes on this machine cannot hear each other by the loopback interface; else empty."""
+    try:
+        is_up = int(flags.read_text(), 16) & _IS_UP
+    except (OSError, ValueError):
+        return ''
+    if is_up:
+        return ''
+    return 'the loopback interface is down, by which they talk: `sudo ip link set lo up`'

@@ -25,7 +25,7 @@ from pack_cell.report.summary import is_clean, summarize, write_run
 from pack_cell.running.display import RunDisplay
 from pack_cell.running.memory import MemoryWatch
 from pack_cell.running.node_commands import node_specs, write_parameters
-from pack_cell.running.ros_domain import DomainTaken, hold_domain
+from pack_cell.running.ros_domain import DomainTaken, hold_domain, loopback_trouble
 from pack_cell.running.supervisor import Supervisor
 
 if TYPE_CHECKING:
@@ -55,12 +55,14 @@ class RunEnding:
 
 
 class StopRequest:
-    """Set by SIGINT or SIGTERM."""
+    """Set by SIGINT or SIGTERM, or by SIGHUP when the terminal has gone."""
 
     def __init__(self) -> None:
         self.signal: int | None = None
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._on_signal)
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            # Under nohup the end of the terminal is nothing to stop for.
+            if number is not signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
+                signal.signal(number, self._on_signal)
 
     def _on_signal(self, number: int, frame: FrameType | None) -> None:
         self.signal = number
@@ -94,6 +96,8 @@ def run(options: RunOptions, command: Sequence[str]) -> int:
         print(f'cell run: {error}', file=sys.stderr)
         return EXIT_USAGE
     os.environ['ROS_DOMAIN_ID'] = str(lock.number)
+    # Opened once: its file may be gone at the end.
+    stream = Stream.open(options.boxes, options.count, options.seed, options.destinations)
     folder.mkdir(parents=True, exist_ok=True)
     stop = StopRequest()
     supervisor = Supervisor(
@@ -129,17 +133,16 @@ def run(options: RunOptions, command: Sequence[str]) -> int:
         )
     )
     write_run(folder, summary, record)
-    stream = Stream.open(options.boxes, options.count, options.seed, options.destinations)
     fed = min(record.supplied, len(stream))
     write_boxes(folder / BOXES_FILE, (stream[ordinal] for ordinal in range(fed)))
     display.summary(summary, folder)
     for line in ending.details:
-        print(f'  | {line}', file=sys.stderr)
+        display.console.problem(f'  | {line}')
     if ending.code:
-        print(f'cell run: {ending.reason}', file=sys.stderr)
+        display.console.problem(f'cell run: {ending.reason}')
         return ending.code
     if ending.reason:
-        print(ending.reason)
+        display.console.tell(ending.reason)
         return EXIT_OK
     return EXIT_OK if is_clean(summary) else EXIT_PROBLEM
 
@@ -204,7 +207,7 @@ class RunWatch:
                 return RunEnding(EXIT_NODE_DIED, str(death), death.tail())
             self._last_change = time.monotonic()
             write_pids(self.folder, self.supervisor)
-            display.say(f'[red]       {death}; started again[/]')
+            display.say(f'       {death}; started again', 'red')
         self._measure()
         idle = time.monotonic() - self._last_change
         if self.record.complete():
@@ -212,10 +215,16 @@ class RunWatch:
             if idle > (LAST_WORDS_S if reported else REPORT_PATIENCE_S):
                 return RunEnding(EXIT_OK)
         if idle > self.options.stall_timeout_s:
-            left = self.record.supplied - self.record.settled
-            reason = f'nothing has happened for {idle:.0f} s, {left} boxes have not come to an end'
-            return RunEnding(EXIT_STALLED, reason)
+            return RunEnding(EXIT_STALLED, f'nothing has happened for {idle:.0f} s, {self._why()}')
         return None
+
+    def _why(self) -> str:
+        """What is known of a stall."""
+        if self.record.scan is None:
+            trouble = loopback_trouble() or f'their logs are in {self.folder / "log"}'
+            return f'and no node was heard at all: {trouble}'
+        left = self.record.supplied - self.record.settled
+        return f'{left} boxes have not come to an end'
 
     def _measure(self) -> None:
         """Look at the memory of the nodes now and then."""
