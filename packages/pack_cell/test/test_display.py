@@ -10,6 +10,7 @@ import pytest
 from pack_cell.report.record import RunRecord
 from pack_cell.running.display import RunDisplay
 from pack_msgs_py.cell_values import BoxEvent, Decision, Report
+from pack_msgs_py.closing import Cause, ClosingReason
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Reason
 from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin
 
@@ -46,6 +47,24 @@ def test_a_bin_is_told_closed_after_the_last_box_that_went_into_it(capsys, steps
     before_the_end, order = printed(capsys, *steps)
     assert order == ['a', 'closed']
     assert 'bin LDC-1 closed: 1 boxes, 6.1 % full' in before_the_end
+
+
+def say_why(record, display):
+    reason = ClosingReason('LDC-1', {Cause.TOO_HIGH: 3, Cause.NO_SUPPORT: 1})
+    record.on_closing(reason)
+    display.on_change('closing', reason)
+
+
+def test_a_bin_is_told_closed_with_the_reason_for_it(capsys):
+    before_the_end, order = printed(capsys, report, say_why, close)
+    assert order == ['a', 'closed']
+    assert '% full; nothing fits: 3 of 4 boxes too high, 1 without support' in before_the_end
+
+
+def test_a_reason_that_comes_after_its_bin_is_told_on_a_line_of_its_own(capsys):
+    before_the_end, order = printed(capsys, report, close, say_why, say_why)
+    assert order == ['a', 'closed', 'closed']
+    assert 'bin LDC-1 closed: nothing fits: 3 of 4 boxes too high' in before_the_end
 
 
 def test_a_bin_with_boxes_of_an_earlier_run_is_told_closed_at_once(capsys):

@@ -10,6 +10,7 @@ from pack_cell.report.record import KEPT_BINS, RunRecord
 from pack_cell.report.summary import placement_rows, summarize, summary_lines
 from pack_cell.report.summary_figures import FIGURES
 from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Report, Scan, ScannedBox
+from pack_msgs_py.closing import Cause, ClosingReason
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Reason
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin
@@ -189,8 +190,20 @@ def placed_box(record, name, serial):
     record.on_event(event(BoxEventKind.PLACED, name, serial + 0.3))
     report = Report(name, bin_id, serial, slack_s=1.0, motion_s=4.0, goal_id=name.encode())
     record.on_report(report)
+    record.on_closing(
+        ClosingReason(bin_id, {Cause.TOO_HIGH: 5}, 4, {ErrorCode.DEADLINE_UNREACHABLE: 2})
+    )
     record.on_closed(replace(OPEN, id=bin_id, serial=serial, boxes=(replace(PLACED, box=box),)))
     return report
+
+
+def test_a_bin_that_somebody_else_closed_has_no_reason():
+    record = finished_record()
+    record.on_closed(OPEN)
+    summary = summary_of(record)
+    [row] = summary['closings']
+    assert (row['bin'], row['boxes'], row['reason'], row['causes']) == ('LDC-1', 1, '', {})
+    assert '  closed for' not in dict(summary_lines(summary))
 
 
 def test_what_a_long_run_is_done_with_is_on_disk_and_still_counted(tmp_path):
@@ -209,6 +222,16 @@ def test_what_a_long_run_is_done_with_is_on_disk_and_still_counted(tmp_path):
     assert (summary['placed'], summary['rejected'], summary['closed_bins']) == (count, 1, count)
     assert summary['goal_codes'] == {'NONE': count} and summary['unaccounted'] == 0
     assert record.complete() and record.all_reported()
+    assert len(record.closings) <= KEPT_BINS
+    assert [row['bin'] for row in summary['closings']] == [f'LDC-{n + 1}' for n in range(count)]
+    assert {row['reason'] for row in summary['closings']} == {
+        'nothing fits: 5 of 5 boxes too high; arm refused 2 of 4 places, all for time'
+    }
+    text = dict(summary_lines(summary))['  closed for']
+    assert text == (
+        f'{5 * count} of {5 * count} boxes too high; '
+        f'arm refused {2 * count} of {4 * count} places, all for time'
+    )
     # What comes a second time is known; what is somewhere else too is found.
     assert not record.on_report(reports[0])
     assert not record.on_event(event(BoxEventKind.PLACED, 'box-1', 9e9))

@@ -7,6 +7,8 @@ import pytest
 
 pytest.importorskip('rclpy')
 
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+
 from pack_msgs.action import PlaceBox
 from pack_msgs.msg import (
     BinState,
@@ -24,6 +26,9 @@ from pack_msgs_py.cell_values import (
     Scan,
     ScannedBox,
 )
+from pack_msgs_py.checks import InvalidValue
+from pack_msgs_py.closing import Cause, ClosingReason
+from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.ros import conversions as conv
 from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin
@@ -93,6 +98,34 @@ def test_a_decision_survives():
         'least increase',
     )
     assert conv.decision_from_ros(conv.decision_to_ros(decision)) == decision
+
+
+def test_a_reason_for_closing_survives_and_says_it_in_words():
+    reason = ClosingReason(
+        'LDC-3', {Cause.TOO_HIGH: 3, Cause.TOO_SLOW: 2}, 45,
+        {ErrorCode.DEADLINE_UNREACHABLE: 20}, 8.0,
+    )  # fmt: skip
+    msg = conv.closing_to_ros(reason)
+    assert conv.closing_from_ros(msg) == reason
+    assert msg.message == (
+        'nothing fits: 3 of 5 boxes too high, 2 refused by the arm for the time; '
+        'arm refused 20 of 45 places, all for time: try --deadline 8'
+    )
+
+
+@pytest.mark.parametrize(
+    ('name', 'key', 'value'),
+    [
+        ('', 'asked', '1'),
+        ('LDC-3', 'asked', 'many'),
+        ('LDC-3', 'boxes.magic', '1'),
+        ('LDC-3', 'refused.MAGIC', '1'),
+    ],
+)
+def test_a_reason_for_closing_that_makes_no_sense_is_refused(name, key, value):
+    msg = DiagnosticStatus(name=name, values=[KeyValue(key=key, value=value)])
+    with pytest.raises(InvalidValue, match=r'names no bin|LDC-3'):
+        conv.closing_from_ros(msg)
 
 
 def test_an_event_survives():

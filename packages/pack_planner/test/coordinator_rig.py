@@ -33,6 +33,7 @@ class CoordinatorRig:
     def __init__(self, look_ahead=2, patience=None, **asking):
         self.now = 0.0
         self.done = []
+        self.reasons = []
         self.situations = {}
         self.goal_ids = 0
         self.coordinator = Coordinator(
@@ -64,6 +65,9 @@ class CoordinatorRig:
         self.unhidden_s = unhidden_s
         self.done.append(('send', decision.box.id))
         return self.goal_ids.to_bytes(16, 'big')
+
+    def closing(self, reason):
+        self.reasons.append(reason)
 
     def swap(self, target, destination):
         self.done.append(('swap', target.id, *([destination] if destination else [])))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pack_msgs_py.closing import ClosingReason
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.rules import Rule, Violation
 from pack_msgs_py.validator import validate_sequence
@@ -16,24 +17,33 @@ from pack_msgs_py.values import Bin
 
 @dataclass(frozen=True)
 class BinFigures:
-    """What the summary needs to know of a bin; the fill rate is by true sizes, 0 to 1."""
+    """What the summary needs to know of a bin; the fill rate is by true sizes, 0 to 1.
 
+    ``reason`` is why the planner closed it; ``None`` for one that stands, or that somebody else
+    closed.
+    """
+
+    bin_id: str
     serial: int
     destination: str
     boxes: int
     fill_rate: float
     mis_sorts: int
     violations: tuple[Violation, ...] = ()
+    reason: ClosingReason | None = None
 
 
-def bin_figures(measured: Bin, true: Bin, profile: Profile) -> BinFigures:
+def bin_figures(
+    measured: Bin, true: Bin, profile: Profile, reason: ClosingReason | None = None
+) -> BinFigures:
     """The figures of a bin, replayed under ``profile``; ``true`` has the true sizes."""
     boxes, destination = measured.boxes, measured.destination
     violations = tuple(validate_sequence(boxes, measured.spec, profile, destination))
     mis_sorts = sum(broken.rule is Rule.DESTINATION for broken in violations)
     return BinFigures(
-        measured.serial, destination, len(boxes), true.fill_rate, mis_sorts, violations
-    )
+        measured.id, measured.serial, destination, len(boxes), true.fill_rate, mis_sorts,
+        violations, reason,
+    )  # fmt: skip
 
 
 class Archive:
@@ -60,7 +70,7 @@ class Archive:
         with self.path.open('a') as file:
             file.writelines(json.dumps(row) + '\n' for row in rows)
 
-    def add_bin(self, closed: Bin, true: Bin) -> None:
+    def add_bin(self, closed: Bin, true: Bin, reason: ClosingReason | None) -> None:
         """A bin whose boxes have all come to their end; the caller writes their rows."""
-        self.bins.append(bin_figures(closed, true, self.profile))
+        self.bins.append(bin_figures(closed, true, self.profile, reason))
         self.where.update({placed.box.id: f'bin {closed.id}' for placed in closed.boxes})

@@ -15,6 +15,7 @@ from pack_cell.report.archive import Archive, BinFigures, bin_figures
 from pack_cell.report.placement_rows import placement_row
 from pack_cell.report.run_figures import RunFigures
 from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Report, Scan
+from pack_msgs_py.closing import ClosingReason
 from pack_msgs_py.codes import BoxEventKind
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.values import Bin, Box, PlacedBox
@@ -52,6 +53,7 @@ class RunRecord:
     scan: Scan | None = None
     bins: dict[str, Bin] = field(default_factory=dict)
     closed: dict[str, Bin] = field(default_factory=dict)
+    closings: dict[str, ClosingReason] = field(default_factory=dict)
     archive: Archive | None = None
     figures: RunFigures = field(default_factory=RunFigures)
     _decision_keys: dict[tuple[str, int, float], None] = field(default_factory=dict)
@@ -123,6 +125,10 @@ class RunRecord:
         for old in list(self.closed.values())[:-KEPT_BINS]:
             self._retire(old)
 
+    def on_closing(self, reason: ClosingReason) -> None:
+        """Remember why a bin is about to be closed; the last reason of a bin counts."""
+        self.closings[reason.bin_id] = reason
+
     def _archived(self, box_id: str) -> bool:
         return self.archive is not None and box_id in self.archive.where
 
@@ -138,7 +144,7 @@ class RunRecord:
             if event.event is BoxEventKind.REJECTED and event.stamp_s < first_s
         ]
         archive.write(self.rows([*rejected, *ids]))
-        archive.add_bin(closed, self.true_bin(closed))
+        archive.add_bin(closed, self.true_bin(closed), self.closings.pop(closed.id, None))
         archive.where.update(dict.fromkeys(rejected, 'rejected'))
         del self.closed[closed.id]
         for known in (self.boxes, self.true_boxes, self.decisions, self.reports, self.events):
@@ -226,8 +232,11 @@ class RunRecord:
         """Figures of the closed bins and of those that stand, each in the order of opening."""
         archived = [] if self.archive is None else self.archive.bins
         closed, still_open = (
-            [bin_figures(measured, self.true_bin(measured), profile) for measured in bins.values()]
-            for bins in (self.closed, self.bins)
+            [
+                bin_figures(measured, self.true_bin(measured), profile, reasons.get(measured.id))
+                for measured in bins.values()
+            ]
+            for bins, reasons in ((self.closed, self.closings), (self.bins, {}))
         )
         return _by_serial([*archived, *closed]), _by_serial(still_open)
 

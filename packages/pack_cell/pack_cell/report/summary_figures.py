@@ -12,6 +12,7 @@ from importlib import metadata
 
 from pack_cell.report.accounts import account_text, accounts, waits, waits_text
 from pack_cell.report.arm_answers import asked_text
+from pack_cell.report.closings import closings, closings_text
 from pack_cell.report.destinations import destinations, destinations_text
 from pack_cell.report.ended_run import EndedRun
 from pack_cell.report.figure_kinds import (
@@ -131,6 +132,14 @@ FIGURES: tuple[SummaryFigure, ...] = (
         lambda run: len(run.closed_bins),
         'bins',
         lambda summary: f'{summary["bin"]}: {summary["closed_bins"]} closed',
+    ),
+    SummaryFigure(
+        'closings',
+        'each closed bin: boxes, fill in percent, why the planner closed it in words, boxes on '
+        'offer then by what kept them out, placements that the arm was asked about and refused',
+        lambda run: closings(run.closed_bins),
+        '  closed for',
+        lambda summary: closings_text(summary['closings']),
     ),
     SummaryFigure(
         'open_bins',

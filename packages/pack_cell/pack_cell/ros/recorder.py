@@ -1,7 +1,8 @@
 """Node `recorder`: listens to every topic of the cell and feeds a :class:`RunRecord`.
 
 Subscribes
-    box_scan, true_boxes, placements, placement_report, box_event, bin_state, bin_closed
+    box_scan, true_boxes, placements, placement_report, box_event, bin_state, bin_closed,
+    bin_closing
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from copy import copy
 from typing import Any
 
 import rclpy
+from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -24,7 +26,8 @@ from pack_msgs_py.ros.run_node import run_node
 
 #: Events that wait to be handled: on a busy machine the cell runs ahead of this process.
 _BACKLOG = 10_000
-#: Called with the kind of change ('decision', 'report', 'event', 'closed') and the new value.
+#: Called with the kind of change ('decision', 'report', 'event', 'closed', 'closing') and the new
+#: value.
 Listener = Callable[[str, Any], None]
 
 
@@ -49,6 +52,7 @@ class Recorder(Node):
             'box_event': (BoxEvent, self._on_event),
             'bin_state': (BinStateArray, self._on_bins),
             'bin_closed': (BinState, self._on_closed),
+            'bin_closing': (DiagnosticStatus, self._on_closing),
         }
         for topic, (kind, callback) in topics.items():
             profile = copy(qos.TOPICS[topic])
@@ -105,6 +109,11 @@ class Recorder(Node):
         self.record.on_closed(closed)
         if not known:
             self._listener('closed', closed)
+
+    def _on_closing(self, msg: DiagnosticStatus) -> None:
+        reason = conversions.closing_from_ros(msg)
+        self.record.on_closing(reason)
+        self._listener('closing', reason)
 
 
 class SteppedRecorder:

@@ -11,6 +11,7 @@ from pack_cell.report.record import RunRecord
 from pack_cell.report.summary import summary_lines
 from pack_cell.running.screen import Screen
 from pack_msgs_py.cell_values import BoxEvent, Decision, Report
+from pack_msgs_py.closing import ClosingReason
 from pack_msgs_py.codes import BoxEventKind
 from pack_msgs_py.values import Bin
 
@@ -23,6 +24,7 @@ class RunDisplay:
         self._record = record
         self._quiet = quiet
         self._closed: list[Bin] = []
+        self._unexplained = ''
         self._progress = Progress(
             TextColumn('{task.description}'),
             BarColumn(bar_width=32),
@@ -58,6 +60,10 @@ class RunDisplay:
         elif isinstance(value, Bin) and kind == 'closed':
             self._closed.append(value)
             self._tell_closed()
+        elif isinstance(value, ClosingReason) and value.bin_id == self._unexplained:
+            # the planner's word and the executor's come on two topics
+            self._unexplained = ''
+            self.say(f'       bin {value.bin_id} closed: {value.text}', 'cyan')
         self._progress.update(
             self._task, completed=self._record.settled, total=self._record.expected
         )
@@ -68,7 +74,10 @@ class RunDisplay:
             if at_last or not any(self._is_awaited(placed.box.id) for placed in closed.boxes):
                 self._closed.remove(closed)
                 boxes, fill = f'{len(closed.boxes)} boxes', f'{100 * closed.fill_rate:.1f} % full'
-                self.say(f'       bin {closed.id} closed: {boxes}, {fill}', 'cyan')
+                reason = self._record.closings.get(closed.id)
+                why = f'; {reason.text}' if reason is not None else ''
+                self._unexplained = '' if reason is not None else closed.id
+                self.say(f'       bin {closed.id} closed: {boxes}, {fill}{why}', 'cyan')
 
     def _is_awaited(self, box_id: str) -> bool:
         report = self._record.reports.get(box_id)

@@ -49,6 +49,7 @@ TOPICS: dict[str, QoSProfile] = {
     'true_boxes': STATE,
     'bin_state': STATE,
     'bin_closed': EVENTS,
+    'bin_closing': EVENTS,
     'placements': EVENTS,
     'placement_report': EVENTS,
     'box_event': EVENTS,

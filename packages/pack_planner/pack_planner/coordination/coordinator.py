@@ -15,6 +15,7 @@ from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode
 from pack_msgs_py.values import Bin
 from pack_planner.coordination.alternatives import Planned
 from pack_planner.coordination.awaited_bins import AwaitedBins
+from pack_planner.coordination.bin_answers import BinAnswers
 from pack_planner.coordination.inputs import Heartbeat, Inputs, same_content
 from pack_planner.coordination.negotiation import (
     HIDDEN_TIMEOUT_S,
@@ -62,6 +63,7 @@ class Coordinator:
         self._clock = clock
         self._in = Inputs()
         self._refusals = Refusals()
+        self._answers = BinAnswers()
         self._failures = Failures()
         self._alive = self._was_lost = False
         self._heard_s = -math.inf
@@ -87,6 +89,7 @@ class Coordinator:
         """The current content of the bins."""
         self._in.bins = snapshot
         self._refusals.forget_old(snapshot.bins)
+        self._answers.forget_gone(snapshot.bins)
         self._stale_inputs = False
         self.step()
 
@@ -199,6 +202,7 @@ class Coordinator:
         if answers is not None:
             deadline_s = self.asking.deadline_s
             learn(self._refusals, plan.bins, candidates, answers, deadline_s)
+            self._answers.heard(candidates, answers, deadline_s)
             chosen = choose(candidates, answers, asked.limit_s, deadline_s)
         if chosen is not None:
             self._settle(PlaceStep(plan.talk.written_into(chosen)), plan)
@@ -332,7 +336,9 @@ class Coordinator:
             self._goal = RunningGoal(decision, target, goal_id, self._clock())
         elif isinstance(outcome, CloseStep):
             target = self._in.open_bin(outcome.target.id)
-            self._out.info(f'closing bin {target.id!r} at {target.fill_rate:.1%}: nothing fits')
+            reason = self._answers.reason(outcome, plan.bins, plan.box_ids)
+            self._out.info(f'closing bin {target.id!r} at {target.fill_rate:.1%}: {reason.text}')
+            self._out.closing(reason)
             self._awaited_bins.await_swap(target, self._clock())
             self._out.swap(target, outcome.destination)
         elif isinstance(outcome, WaitStep):

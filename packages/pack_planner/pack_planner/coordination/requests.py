@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from pack_msgs_py.cell_values import Decision
+from pack_msgs_py.closing import ClosingReason
 from pack_msgs_py.values import Bin
 from pack_planner.coordination.alternatives import Planned
 from pack_planner.coordination.negotiation import Talk
@@ -34,6 +35,9 @@ class Outputs(Protocol):
 
     def send(self, decision: Decision, target: Bin, unhidden_s: float) -> bytes:
         """Send a goal; returns its id. ``unhidden_s``: planning that no motion hid."""
+
+    def closing(self, reason: ClosingReason) -> None:
+        """Say why a bin is about to be closed."""
 
     def swap(self, target: Bin, destination: str) -> None:
         """Ask for an empty bin instead, for ``destination`` (empty: as before).

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 
 from pack_msgs_py.cell_values import Decision
+from pack_msgs_py.closing import Cause
 from pack_msgs_py.codes import PlacementStatus, Reason
 from pack_msgs_py.geometry.pose import Pose, metres
 from pack_msgs_py.geometry.resting import resting_pose
@@ -15,6 +16,7 @@ from pack_msgs_py.values import Bin, Box, PlacedBox
 from pack_planner.algorithms.base import Memory
 from pack_planner.algorithms.warm_up import warm_up
 from pack_planner.decision.bin_closing import next_destination
+from pack_planner.decision.closing_causes import ClosingCauses
 from pack_planner.decision.policy import (
     DecisionState,
     PolicySettings,
@@ -48,10 +50,15 @@ class PlaceStep:
 
 @dataclass(frozen=True)
 class CloseStep:
-    """Nothing fits: close this bin; ``destination`` is whom the next one serves, empty for any."""
+    """Nothing fits: close this bin.
+
+    ``destination`` is whom the next one serves, empty for any; ``causes`` counts the boxes on offer
+    by what keeps them out.
+    """
 
     target: Bin
     destination: str = ''
+    causes: Mapping[Cause, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -79,6 +86,7 @@ class Planner:
         self._clock = clock
         self._memory = Memory()
         self._engines: dict[Weights, Engine] = {}
+        self._causes: ClosingCauses | None = None
         self.use(settings)
 
     def use(self, settings: PolicySettings) -> None:
@@ -94,6 +102,12 @@ class Planner:
             for weights in settings.weights.every()
         }
         self._settings = settings
+
+    def _closing_causes(self) -> ClosingCauses:
+        profile = self._settings.profile
+        if self._causes is None or self._causes.profile != profile:
+            self._causes = ClosingCauses(profile)
+        return self._causes
 
     def decide(self, state: DecisionState) -> PlannerStep:
         """What to do next.
@@ -118,7 +132,8 @@ class Planner:
             return WaitStep('no box fits and every bin is empty')
         if isinstance(choice, Bin):
             left = [other for other in state.bins if other.id != choice.id]
-            return CloseStep(choice, next_destination(choice, by_wait(state), left))
+            causes = self._closing_causes().of(engine, state)
+            return CloseStep(choice, next_destination(choice, by_wait(state), left), causes)
         candidate = choice.candidate
         target = state.bins[candidate.bin_index]
         check_choice(self._settings, engine, state, choice)

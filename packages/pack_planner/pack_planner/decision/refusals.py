@@ -130,6 +130,14 @@ class Forbidden:
         by_bin = {**self.by_bin, target.id: (*self.by_bin.get(target.id, ()), refusal)}
         return Forbidden(by_bin, self.contents)
 
+    def without(self, code: ErrorCode) -> Forbidden:
+        """The same without what was refused with ``code``."""
+        by_bin = {
+            bin_id: tuple(refused for refused in known if refused.code is not code)
+            for bin_id, known in self.by_bin.items()
+        }
+        return Forbidden({name: known for name, known in by_bin.items() if known}, self.contents)
+
     def __call__(self, box: Box, target: Bin) -> tuple[Zone, ...] | None:
         """Refused zones, or ``None`` when the box may not go into that bin at all."""
         known = self.by_bin.get(target.id)

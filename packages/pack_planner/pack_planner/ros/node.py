@@ -11,6 +11,7 @@ Subscribes
 Publishes
 ---------
 - `placements`: every decision as it is made.
+- `bin_closing`: why a bin is about to be closed.
 - `/diagnostics`: once a second, what it decides with and how fast.
 
 Calls
@@ -30,6 +31,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, TypeVar
 
+from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.action import ActionClient
 from rclpy.event_handler import SubscriptionEventCallbacks
@@ -49,11 +51,13 @@ from pack_msgs.msg import (
 from pack_msgs.msg import BoxEvent as BoxEventMsg
 from pack_msgs.srv import SwapBin
 from pack_msgs_py.cell_values import Decision
+from pack_msgs_py.closing import ClosingReason
 from pack_msgs_py.codes import Mode
 from pack_msgs_py.parameter_fields import check_value, parameter_fields
 from pack_msgs_py.ros import qos
 from pack_msgs_py.ros.conversions import (
     bins_from_ros,
+    closing_to_ros,
     decision_to_ros,
     event_from_ros,
     pose_to_ros,
@@ -110,6 +114,9 @@ class PlannerNode(Node):
         self.coordinator = Coordinator(self, time.monotonic, p.look_ahead, asking, patience)
 
         self._decisions = self.create_publisher(Placement, 'placements', qos.TOPICS['placements'])
+        self._closings = self.create_publisher(
+            DiagnosticStatus, 'bin_closing', qos.TOPICS['bin_closing']
+        )
         self._action = ActionClient(self, PlaceBox, 'place_box')
         self._swap_bin = self.create_client(SwapBin, 'swap_bin')
         self._asker = ArmAsker(self, self.coordinator.on_checked)
@@ -310,6 +317,10 @@ class PlannerNode(Node):
         """Call `check_placements`."""
         frames = {target.id: frame_name(target.station) for target in self._known_bins.values()}
         self._asker.ask(number, candidates, frames, enough_s)
+
+    def closing(self, reason: ClosingReason) -> None:
+        """Publish on `bin_closing`."""
+        self._closings.publish(closing_to_ros(reason))
 
     def swap(self, target: Bin, destination: str) -> None:
         """Call `swap_bin`."""

@@ -15,6 +15,7 @@ from pack_msgs_py.ros.conversions.basic import (
     vector_from_ros,
     vector_to_ros,
 )
+from pack_msgs_py.ros.conversions.closing import closing_from_ros, closing_to_ros
 from pack_msgs_py.ros.conversions.content import (
     bin_from_ros,
     bin_to_ros,
@@ -45,6 +46,8 @@ __all__ = [
     'bins_to_ros',
     'box_from_ros',
     'box_to_ros',
+    'closing_from_ros',
+    'closing_to_ros',
     'decision_from_ros',
     'decision_to_ros',
     'duration_from_ros',
