@@ -17,6 +17,7 @@ setup(
     python_requires='>=3.10',
     install_requires=[
         'arm_executor',
+        'cmaes',
         'conveyor_sim',
         'joblib',
         'matplotlib',

@@ -1,4 +1,4 @@
-"""The command line: ``cell demo``, ``cell run``, ``cell bench``, ``cell layout``."""
+"""The command line: ``cell demo``, ``run``, ``bench``, ``tune`` and ``layout``."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from pack_cell.options.parsers import OneLineParser
 from pack_cell.options.run_options import RunOptions, run_options
 from pack_cell.running.node_parameters import check_cell
 from pack_cell.running.run import EXIT_USAGE, run
+from pack_cell.tune.options import add_tune
 
 #: Forty boxes of the project's own list; all else is as when nothing is said.
 DEMO = {'count': 40}
@@ -41,6 +42,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     add_options(runner, RunOptions)
     add_bench(verbs)
+    add_tune(verbs)
     add_layout(verbs)
     return parser
 
@@ -54,6 +56,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         from pack_cell.bench.command import run_bench
 
         return run_bench(parsed, given)
+    if parsed.verb == 'tune':
+        from pack_cell.tune.command import run_tune
+
+        return run_tune(parsed, given)
     if parsed.verb == 'layout':
         return run_layout(parsed)
     basis = DEMO if parsed.verb == 'demo' else {}

@@ -10,6 +10,7 @@ from pack_msgs_py.parameter_fields import parameter
 from pack_msgs_py.profiles import PROFILES, adapted, find_profile
 from pack_planner.algorithms import find_algorithm
 from pack_planner.algorithms.base import BACKENDS
+from pack_planner.algorithms.tuned_tables import check_table, read_table
 from pack_planner.decision.options import (
     CLOSINGS,
     MOST_PASSED_OVER,
@@ -94,6 +95,11 @@ class PlannerParameters:
         'weights w1,w2,w3 of eq. (1), lengths in centimetres; for single kinds of bins as in '
         '`1,1,100 RC:2,1,100`; may be changed between two boxes, like all that follow',
     )
+    tuned: str = parameter(
+        '',
+        'file of `cell tune` with the weights of the algorithm; empty for those that are shipped; '
+        'a process reads a file once',
+    )
     backend: str = parameter(
         'search',
         'who minimises eq. (1) for `mpack` and `mpack_lite`: our own search, or a solver of '
@@ -174,7 +180,10 @@ def settings(parameters: PlannerParameters) -> PolicySettings:
         parameters.closing,
         parameters.max_passed_over,
     )
-    find_algorithm(parameters.algorithm)
+    algorithm = find_algorithm(parameters.algorithm)
+    tuned = read_table(parameters.tuned) if parameters.tuned else None
+    if tuned is not None:
+        check_table(tuned, algorithm.name, algorithm.weights)
     return PolicySettings(
         parameters.algorithm,
         profile,
@@ -183,4 +192,5 @@ def settings(parameters: PlannerParameters) -> PolicySettings:
         parameters.node_limit or None,
         parameters.backend,
         options,
+        tuned,
     )

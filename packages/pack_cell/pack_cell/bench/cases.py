@@ -25,6 +25,7 @@ def settings_of(arguments: argparse.Namespace) -> BenchSettings:
     """What holds for all cases; ``ValueError`` says what is wrong."""
     from pack_cell.bench import paper
     from pack_cell.bench.values import BenchSettings
+    from pack_planner.algorithms.tuned_tables import read_table
     from pack_planner.decision.weights import parse_weights
 
     profile = find_profile(arguments.profile)
@@ -48,6 +49,8 @@ def settings_of(arguments: argparse.Namespace) -> BenchSettings:
         cpu_clock=arguments.clock == 'cpu',
         weights=parse_weights(arguments.weights),
         options=_options(arguments),
+        tuned=None if arguments.tuned is None else read_table(arguments.tuned),
+        scan_sigma_mm=arguments.scan_sigma,
     )
 
 
@@ -101,6 +104,18 @@ def cases_of(arguments: argparse.Namespace) -> list[Case]:
             ]
     _notes(cases)
     return cases
+
+
+def check_tuned(settings: BenchSettings, cases: Sequence[Case]) -> None:
+    """Refuse tuned weights that are for none of the algorithms, or not for one that has some."""
+    from pack_planner.algorithms import find_algorithm
+    from pack_planner.algorithms.tuned_tables import check_table
+
+    if settings.tuned is None:
+        return
+    algorithms = [find_algorithm(name) for name in dict.fromkeys(case.algorithm for case in cases)]
+    for algorithm in [spec for spec in algorithms if spec.weights is not None] or algorithms:
+        check_table(settings.tuned, algorithm.name, algorithm.weights)
 
 
 def _algorithms(arguments: argparse.Namespace) -> list[tuple[str, AlgorithmSpec, str]]:

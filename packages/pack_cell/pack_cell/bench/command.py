@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pack_cell.bench.cases import cases_of, settings_of
+from pack_cell.bench.cases import cases_of, check_tuned, settings_of
 from pack_cell.bench.options import add_bench
 from pack_msgs_py.signals import interrupts_kept
 
@@ -55,6 +55,7 @@ def _run(arguments: argparse.Namespace, command: str) -> int:
 
     _check_outputs(arguments)
     settings, cases = settings_of(arguments), cases_of(arguments)
+    check_tuned(settings, cases)
     results = ResultFile(arguments.json, arguments.plan)
     with _progress_bar() as bar, interrupts_kept() as look:
         watch = _Watch(bar, cases, look)

@@ -74,6 +74,10 @@ def _add_questions(parser: argparse.ArgumentParser) -> None:
         '--boxes-per-bin', type=whole(2, 100), default=23, metavar='N',
         help='boxes into which a SYN bin is cut (default 23)',
     )  # fmt: skip
+    boxes.add_argument(
+        '--scan-sigma', type=NumberRange(0, 50, 'mm'), default=0.0, metavar='MM',
+        help='standard deviation of each edge that the scanner measures (default 0)',
+    )  # fmt: skip
     boxes.add_argument('--seed', type=whole(0, 2**31 - 1), default=1, metavar='N', help='default 1')
     rules = parser.add_argument_group('rules')
     rules.add_argument(
@@ -117,6 +121,11 @@ def _add_questions(parser: argparse.ArgumentParser) -> None:
         '--budget-nodes', type=whole(1, 10**12), metavar='N',
         help='search nodes a decision may take: the same result on every machine and in every '
         'run (no limit of time then, unless --budget is given too)',
+    )  # fmt: skip
+    rules.add_argument(
+        '--tuned', metavar='FILE',
+        help='weights that cell tune has written, for the algorithm that they were tuned for '
+        '(default: those that are shipped)',
     )  # fmt: skip
     _add_options(parser)
 

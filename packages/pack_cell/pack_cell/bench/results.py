@@ -35,7 +35,7 @@ class ResultFile:
         self._parts = (
             None if json_path is None else json_path.with_name(json_path.name + UNFINISHED)
         )
-        self._lock = None if json_path is None else _claim(json_path)
+        self._lock = None if json_path is None else claim(json_path)
         self.records: list[JsonObject] = [] if json_path is None else _read_records(json_path)
         if plan_path is not None:
             self._keep_whole_plans(plan_path)
@@ -123,7 +123,7 @@ class ResultFile:
         self.records = kept
 
 
-def _claim(path: Path) -> TextIO:
+def claim(path: Path) -> TextIO:
     """Two runs that write one file would each undo what the other has added."""
     path.parent.mkdir(parents=True, exist_ok=True)
     lock = path.with_name(path.name + '.lock').open('w', encoding='utf-8')

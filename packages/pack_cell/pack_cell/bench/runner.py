@@ -6,11 +6,11 @@ import os
 import threading
 import time
 import warnings
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import cast
+from functools import lru_cache, partial
+from typing import Any, TypeVar, cast
 
 from pack_cell.bench.cluster import dask_cluster
 from pack_cell.bench.results import ResultFile
@@ -19,6 +19,8 @@ from pack_cell.bench.statistics import record
 from pack_cell.bench.values import BenchSettings, Case, JsonObject, Packed
 
 _Unit = tuple[Case, BenchSettings, int]
+U = TypeVar('U')
+R = TypeVar('R')
 
 #: How often a worker looks whether its run is still there.
 _PARENT_PERIOD_S = 2.0
@@ -60,7 +62,7 @@ def run(
         if number not in kept[case]
     ]
     with ExitStack() as stack:
-        finished = _results(units, workers, stack)
+        finished = spread(_pack, units, workers, stack)
         for case in todo:
             packed = []
             for number in range(case.collections):
@@ -79,10 +81,10 @@ def _pack(unit: _Unit) -> Packed:
     return pack_collection(*unit)
 
 
-def _pack_here(unit: _Unit) -> Packed:
-    """The same in a process of this run."""
+def _here(work: Callable[[U], R], unit: U) -> R:
+    """``work`` in a process of this run."""
     _end_with_parent()
-    return _pack(unit)
+    return work(unit)
 
 
 @lru_cache(maxsize=1)
@@ -98,25 +100,35 @@ def _end_with_parent() -> None:
     threading.Thread(target=watch, daemon=True).start()
 
 
-def _results(units: list[_Unit], workers: Workers, stack: ExitStack) -> Iterator[Packed]:
-    """What comes of ``units``, in their order."""
+def spread(
+    work: Callable[[U], R], units: Iterable[U], workers: Workers, stack: ExitStack
+) -> Iterator[R]:
+    """What ``work`` makes of each of ``units``, in their order.
+
+    Parameters
+    ----------
+    work : a function of a module, so that other processes know it.
+    units : what it is given, one at a time.
+    workers : where.
+    stack : what has to be closed when no more results are wanted is put on it.
+    """
     if workers.cluster is None and workers.jobs == 1:
-        return map(_pack, units)
+        return map(work, units)
     from joblib import Parallel, delayed
 
     if workers.cluster is not None:
         stack.enter_context(dask_cluster(workers.cluster, workers.note))
-        parallel, pack = Parallel(n_jobs=-1, return_as='generator'), _pack
+        parallel, there = Parallel(n_jobs=-1, return_as='generator'), work
     else:
-        pack = _pack_here
+        there = partial(_here, work)
         parallel = Parallel(n_jobs=workers.jobs, return_as='generator', batch_size=1)
-    finished: Iterator[Packed] = parallel(delayed(pack)(unit) for unit in units)
+    finished: Iterator[R] = parallel(delayed(there)(unit) for unit in units)
     stack.callback(_give_up, finished)
     return finished
 
 
-def _give_up(finished: Iterator[Packed]) -> None:
-    """Cancel what is not packed yet, without the advice that joblib has for that."""
+def _give_up(finished: Iterator[Any]) -> None:
+    """Cancel what is not done yet, without the advice that joblib has for that."""
     with warnings.catch_warnings():
         warnings.filterwarnings('ignore', category=UserWarning, module='joblib')
-        cast('Generator[Packed]', finished).close()
+        cast('Generator[Any]', finished).close()

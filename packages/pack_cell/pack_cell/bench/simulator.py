@@ -52,7 +52,7 @@ def _task(case: Case, settings: BenchSettings, number: int) -> PackingTask:
         PolicySettings(
             find_algorithm(case.algorithm, case.digest), settings.profile, settings.weights,
             settings.budget_s, settings.node_limit, case.backend,
-            replace(settings.options, cep=case.cep),
+            replace(settings.options, cep=case.cep), settings.tuned,
         ),
         case.look_ahead,
         tuple(destination(index % count) if count else '' for index in bins),

@@ -97,8 +97,19 @@ def identity(case: Case, settings: BenchSettings) -> JsonObject:
             'boxes_digest': source.digest,
             **own_file,
             **margins,
+            **_where_used(case, settings),
         },
     }
+
+
+def _where_used(case: Case, settings: BenchSettings) -> JsonObject:
+    """What records have only since it can be chosen, so that older ones are found as well."""
+    used: JsonObject = {}
+    if settings.scan_sigma_mm:
+        used['scan_sigma_mm'] = settings.scan_sigma_mm
+    if settings.tuned is not None and settings.tuned.has(find_algorithm(case.algorithm).name):
+        used['tuned_digest'] = settings.tuned.digest
+    return used
 
 
 def _known(packed: Sequence[Packed], name: str) -> list[float]:

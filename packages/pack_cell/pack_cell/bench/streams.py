@@ -6,6 +6,7 @@ import math
 import random
 from dataclasses import replace
 
+from conveyor_sim.scanning.scanner import Scanner, ScannerNoise
 from conveyor_sim.streams.box_records import DEFAULT_DENSITY_KG_PER_MM3
 from conveyor_sim.streams.syn import cut_bins
 from pack_cell.bench.values import BenchSettings, Case
@@ -21,12 +22,20 @@ def collection(case: Case, settings: BenchSettings, number: int) -> tuple[Box, .
     Equal for all algorithms and look-aheads, so that these are compared on the same boxes. Each has
     one of ``settings.destinations``, if there are any; whatever the file says then does not count.
     """
-    boxes = _boxes(case, settings, number)
+    boxes = measured(_boxes(case, settings, number), settings.scan_sigma_mm, number)
     count = settings.destinations
     if not count:
         return boxes
     rng = random.Random(f'{settings.seed}/{case.bin_spec.name}/{number}/destinations')
     return tuple(replace(box, destination=destination(rng.randrange(count))) for box in boxes)
+
+
+def measured(boxes: tuple[Box, ...], sigma_mm: float, seed: int) -> tuple[Box, ...]:
+    """``boxes`` as a scanner says they are whose edges are off by ``sigma_mm``."""
+    if not sigma_mm:
+        return boxes
+    scanner = Scanner(ScannerNoise(size_mm=sigma_mm), seed)
+    return tuple(scanner.measure(box, ordinal) for ordinal, box in enumerate(boxes))
 
 
 def destination(number: int) -> str:

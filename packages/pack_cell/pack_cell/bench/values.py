@@ -7,6 +7,7 @@ from typing import Any
 
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.values import BinSpec, Box
+from pack_planner.algorithms.tuned_weights import TunedTable
 from pack_planner.decision.options import DecisionOptions
 from pack_planner.decision.weights import WeightTable
 
@@ -72,6 +73,8 @@ class BenchSettings:
     budget_s : seconds that a decision may take.
     node_limit : search nodes that a decision may take, ``None`` for no limit.
     cpu_clock : measure the computing time of the deciding thread instead of elapsed time.
+    tuned : weights of the algorithms that have some for these; ``None`` for the shipped ones.
+    scan_sigma_mm : standard deviation of each edge that the scanner measures.
     """
 
     profile: Profile
@@ -84,6 +87,8 @@ class BenchSettings:
     budget_s: float = 5.0
     node_limit: int | None = None
     cpu_clock: bool = False
+    tuned: TunedTable | None = None
+    scan_sigma_mm: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from pack_cell.options.parsers import BadValue
 from pack_msgs_py.parameter_fields import Value, check_value, parameter_fields
 from pack_msgs_py.plug_ins import absolute_place
 from pack_planner.algorithms import find_algorithm
+from pack_planner.algorithms.tuned_tables import read_table
 from pack_planner.parameters import PlannerParameters, settings
 
 #: Parameters that follow from other options of ``cell run``.
 OWN_OPTION = (
     'algorithm', 'profile', 'orientations', 'size_sigmas', 'clearance_mm', 'resolution_mm',
-    'max_payload_kg', 'look_ahead', 'deadline_s',
+    'max_payload_kg', 'look_ahead', 'deadline_s', 'tuned',
 )  # fmt: skip
 
 
@@ -28,6 +30,14 @@ def algorithm_name(text: str) -> str:
     except ValueError as error:
         raise BadValue(str(error)) from None
     return absolute_place(text)
+
+
+def tuned_file(text: str) -> Path | None:
+    """Read the path of a file with tuned weights and make it absolute; the empty text is none."""
+    if not text:
+        return None
+    read_table(text)
+    return Path(text).expanduser().resolve()
 
 
 def planner_value(text: str) -> tuple[str, Value]:

@@ -33,7 +33,7 @@ from pack_cell.options.parsers import (
     optional_path,
     whole,
 )
-from pack_cell.options.planner_values import algorithm_name, planner_value
+from pack_cell.options.planner_values import algorithm_name, planner_value, tuned_file
 from pack_msgs_py.parameter_fields import Value
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import BIN_KINDS, BinSpec
@@ -141,6 +141,17 @@ class RunOptions:
         see='algorithms.md',
         parameters=('planner.algorithm',),
         in_summary=True,
+    )
+    tuned: Path | None = option(
+        '',
+        'file of `cell tune` with the weights of the algorithm',
+        _DECIDE,
+        read=tuned_file,
+        metavar='FILE',
+        default_text='those that are shipped',
+        see='algorithms.md#tune-it-for-your-boxes',
+        parameters=('planner.tuned',),
+        as_parameter=lambda path: str(path) if path else '',
     )
     profile: str = option(
         DEFAULT_PROFILE,

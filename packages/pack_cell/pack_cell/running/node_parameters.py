@@ -11,14 +11,26 @@ from conveyor_sim.streams import destination_names
 from pack_cell.options.declaration import declared_options
 from pack_cell.options.run_options import SCAN_SIGMA_DEG, SCAN_SIGMA_KG, RunOptions
 from pack_msgs_py.values import STATIONS
+from pack_planner.algorithms import find_algorithm
+from pack_planner.algorithms.tuned_tables import check_table, read_table
 from pack_planner.parameters import PlannerParameters
 
 
 def check_cell(options: RunOptions) -> None:
-    """Refuse a layout that cannot be built, or that the robot cannot serve, before the start."""
+    """Refuse, before the start, what no single option can tell.
+
+    Raises
+    ------
+    ValueError
+        The layout cannot be built or the robot cannot serve it; tuned weights are not for the
+        algorithm.
+    """
     bins = dict.fromkeys(STATIONS[: options.open_bins], options.bin_spec)
     path = str(options.layout) if options.layout else ''
     layout_for(path, options.robot, bins, must_reach=find_arm(options.arm).moves_robot)
+    if options.tuned is not None:
+        algorithm = find_algorithm(options.algorithm)
+        check_table(read_table(str(options.tuned)), algorithm.name, algorithm.weights)
 
 
 def node_parameters(folder: Path, options: RunOptions) -> dict[str, dict[str, Any]]:

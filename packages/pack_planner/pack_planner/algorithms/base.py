@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import cast
 
 from pack_msgs_py.codes import PlacementStatus
 from pack_msgs_py.values import Box, PlacedBox
+from pack_planner.algorithms.tuned_weights import TunedTable, W
 from pack_planner.engine import BinModel, Candidate, Engine
 from pack_planner.engine.engine import Forbidden, nothing_forbidden
 
@@ -43,6 +45,10 @@ class Problem:
         optimum is the same. `search` is ours and the only one that ``node_limit`` bounds; the
         others are OR-Tools' CP-SAT, and SCIP on the MILP of Ojha et al., section III-A.
     cep, sort, selection, large_until : see :class:`pack_planner.decision.options.DecisionOptions`.
+    tuned : weights of a file that the user named; ``None`` for those that are shipped.
+    weights : those that the algorithm is to use, of ``tuned`` or shipped, as
+        :func:`pack_planner.algorithms.tuned_tables.weights_for` says; whoever calls the algorithm
+        by its :class:`AlgorithmSpec` need not set it.
     """
 
     engine: Engine
@@ -57,11 +63,17 @@ class Problem:
     sort: str = 'volume'
     selection: str = 'auto'
     large_until: float = 0.5
+    tuned: TunedTable | None = None
+    weights: object = None
 
     def __post_init__(self) -> None:
         if self.backend not in BACKENDS:
             msg = f'unknown backend {self.backend!r}: use one of {", ".join(BACKENDS)}'
             raise ValueError(msg)
+
+    def weights_or(self, default: W) -> W:
+        """``weights``, of the same type as ``default``, which holds where there are none."""
+        return default if self.weights is None else cast('W', self.weights)
 
 
 @dataclass(frozen=True)

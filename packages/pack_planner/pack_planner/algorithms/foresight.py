@@ -24,7 +24,7 @@ WEIGHTS = WasteWeights(
 )  # fmt: skip
 
 
-@algorithm('foresight')
+@algorithm('foresight', weights=WEIGHTS)
 def foresight(problem: Problem) -> Choice | None:
     """Choose as the module says; where it sees no move at all, as MPackLite does."""
-    return best_plan(problem, WEIGHTS)
+    return best_plan(problem, problem.weights_or(WEIGHTS))

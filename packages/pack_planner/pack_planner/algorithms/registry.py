@@ -19,6 +19,7 @@ from pack_msgs_py.plug_ins import (
 )
 from pack_planner.algorithms.base import Algorithm, Choice, Problem
 from pack_planner.algorithms.built_in import BUILT_IN
+from pack_planner.algorithms.tuned_tables import weights_for
 from pack_planner.engine import Engine
 
 #: Where an installed package names its algorithms: ``my_rule = my_package.my_module:my_rule``.
@@ -46,6 +47,8 @@ class AlgorithmSpec:
     alternatives : name of the algorithm that says what to do when the arm refuses the choice;
         empty for itself. One that takes long needs a quick one.
     prepare : compiles, or loads, what deciding on a few boxes in one bin does not reach.
+    weights : a dataclass of numbers that ``cell tune`` may change, as they are where none are
+        tuned; ``None`` for an algorithm without. It finds those to use in ``problem.weights``.
     digest : changes with the content of the file that it comes from, if it was asked for by that.
     """
 
@@ -54,6 +57,7 @@ class AlgorithmSpec:
     backends: bool = False
     alternatives: str = ''
     prepare: Callable[[Engine], None] | None = None
+    weights: object = None
     digest: str = ''
 
     @property
@@ -69,6 +73,10 @@ class AlgorithmSpec:
         AlgorithmError
             An algorithm of someone else raised an error, or returned something else.
         """
+        if self.weights is not None and not isinstance(problem.weights, type(self.weights)):
+            spec, profile = problem.bins[0].source.spec, problem.engine.profile
+            weights = weights_for(problem.tuned, self.name, self.weights, spec, profile)
+            problem = replace(problem, weights=weights)
         try:
             choice: object = self.decide(problem)
         except Exception as error:
@@ -99,6 +107,7 @@ def algorithm(
     backends: bool = False,
     alternatives: str = '',
     prepare: Callable[[Engine], None] | None = None,
+    weights: object = None,
 ) -> Callable[[A], A]:
     """Register the decorated function, which stays as it is, as the algorithm called ``name``.
 
@@ -120,7 +129,7 @@ def algorithm(
             msg = f'algorithm name {name!r} is taken by a built-in one: choose another'
             raise ValueError(msg)
         decide = check_function(name, function)
-        SPECS[name] = AlgorithmSpec(name, decide, backends, alternatives, prepare)
+        SPECS[name] = AlgorithmSpec(name, decide, backends, alternatives, prepare, weights)
         setattr(function, _ATTRIBUTE, SPECS[name])
         return function
 

@@ -10,6 +10,7 @@ from pack_msgs_py.rules import may_enter
 from pack_msgs_py.values import Bin, Box
 from pack_planner.algorithms import Algorithm, AlgorithmSpec, Choice, Problem, find_algorithm
 from pack_planner.algorithms.base import Memory
+from pack_planner.algorithms.tuned_weights import TunedTable
 from pack_planner.decision.bin_closing import bin_to_close
 from pack_planner.decision.options import DecisionOptions
 from pack_planner.decision.refusals import Forbidden
@@ -21,7 +22,8 @@ from pack_planner.engine import Engine, EngineMismatch
 class PolicySettings:
     """How to decide: algorithm, rules, weights, what it may cost, and :class:`DecisionOptions`.
 
-    ``algorithm`` is what :func:`pack_planner.algorithms.find_algorithm` takes.
+    ``algorithm`` is what :func:`pack_planner.algorithms.find_algorithm` takes; ``weights`` are
+    those of eq. (1), ``tuned`` those of the algorithm where they are not the shipped ones.
     """
 
     algorithm: str | Algorithm
@@ -31,6 +33,7 @@ class PolicySettings:
     node_limit: int | None = None
     backend: str = 'search'
     options: DecisionOptions = field(default_factory=DecisionOptions)
+    tuned: TunedTable | None = None
 
     @property
     def spec(self) -> AlgorithmSpec:
@@ -81,7 +84,7 @@ def next_step(
             Problem(
                 engine, boxes, models, state.forbidden, settings.budget_s, settings.node_limit,
                 memory, settings.backend, cep, options.sort, options.selection,
-                options.large_until,
+                options.large_until, settings.tuned,
             )
         )  # fmt: skip
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 from pack_msgs_py.metrics import fill_metrics, time_summary
 from pack_msgs_py.profiles import Profile, find_profile
@@ -12,6 +13,8 @@ from pack_msgs_py.rules import Violation
 from pack_msgs_py.validator import validate_bins
 from pack_msgs_py.values import Bin, BinSpec, Box, check_box, parse_bin
 from pack_planner.algorithms import Algorithm, find_algorithm
+from pack_planner.algorithms.tuned_tables import check_table, read_table
+from pack_planner.algorithms.tuned_weights import TunedTable
 from pack_planner.decision.options import DecisionOptions
 from pack_planner.decision.policy import PolicySettings
 from pack_planner.decision.weights import WeightTable
@@ -33,6 +36,7 @@ def pack(
     backend: str = 'search',
     budget_s: float = 5.0,
     node_limit: int | None = None,
+    tuned: TunedTable | str | Path | None = None,
 ) -> Packing:
     """Pack boxes as they come, by the closed-bin protocol of Ojha et al., section III-A.
 
@@ -53,6 +57,8 @@ def pack(
     budget_s : seconds that a decision may take.
     node_limit : search nodes that a decision may take, the same on every machine; ``None`` for any
         number.
+    tuned : weights of the algorithm, or the file of ``cell tune`` that has them, instead of the
+        shipped ones.
 
     Returns
     -------
@@ -62,7 +68,8 @@ def pack(
     Raises
     ------
     ValueError
-        There is no such bin, profile or algorithm, or a number is too small. While packing: a box
+        There is no such bin, profile or algorithm, a number is too small, or ``tuned`` is not for
+        this algorithm. While packing: a box
         is no box, or has the id of another one.
     EngineMismatch
         While packing: the algorithm chose a placement that the rules forbid.
@@ -75,9 +82,13 @@ def pack(
             raise ValueError(msg)
     spec = parse_bin(bin_spec) if isinstance(bin_spec, str) else bin_spec
     rules = find_profile(profile) if isinstance(profile, str) else profile
+    how = find_algorithm(algorithm)
+    table = tuned if tuned is None or isinstance(tuned, TunedTable) else read_table(tuned)
+    if table is not None:
+        check_table(table, how.name, how.weights)
     settings = PolicySettings(
-        find_algorithm(algorithm), rules, WeightTable(weights or Weights()), budget_s, node_limit,
-        backend, options or DecisionOptions(),
+        how, rules, WeightTable(weights or Weights()), budget_s, node_limit, backend,
+        options or DecisionOptions(), table,
     )  # fmt: skip
     return Packing(stream, PackingTask(spec, settings, look_ahead, ('',) * open_bins))
 

@@ -1,0 +1,1 @@
+"""``cell tune``: weights of a packing algorithm for boxes and bins of one's own."""
