@@ -8,12 +8,11 @@ import shlex
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pack_cell.tune.options import add_tune
-from pack_msgs_py.profiles import find_profile
+from pack_msgs_py.profiles import adapted, find_profile
 from pack_msgs_py.signals import interrupts_kept
 
 if TYPE_CHECKING:
@@ -63,7 +62,6 @@ def settings_of(arguments: argparse.Namespace) -> TuneSettings:
         able = [name for name in algorithm_names() if find_algorithm(name).weights is not None]
         msg = f'algorithm {algorithm.name!r} has no weights to tune: use {", ".join(able)}'
         raise ValueError(msg)
-    profile = find_profile(arguments.profile)
     boxes = tuple(resolved(choice) for choice in arguments.boxes)
     for choice in boxes:
         if not load_boxes(choice)[0]:
@@ -72,7 +70,12 @@ def settings_of(arguments: argparse.Namespace) -> TuneSettings:
     return TuneSettings(
         algorithm=absolute_place(arguments.algorithm),
         bin_spec=arguments.bin_spec,
-        profile=replace(profile, orientations=arguments.orientations or profile.orientations),
+        profile=adapted(
+            find_profile(arguments.profile),
+            orientations=arguments.orientations or '',
+            clearance_mm=arguments.clearance,
+            resolution_mm=arguments.resolution,
+        ),
         boxes=boxes,
         look_ahead=arguments.look_ahead,
         open_bins=arguments.open_bins,

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from conveyor_sim.streams import SYNTAX
-from pack_cell.options.parsers import NumberRange, bin_kind, whole
+from pack_cell.options.parsers import CLEARANCE, RESOLUTION, NumberRange, bin_kind, whole
 from pack_msgs_py.orientation import ORIENTATION_RULES
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import BIN_KINDS
@@ -44,6 +44,14 @@ def add_tune(verbs: Any) -> None:  # noqa: ANN401 - argparse names no type for i
     what.add_argument(
         '--orientations', choices=tuple(ORIENTATION_RULES),
         help="orientation rule instead of the profile's own",
+    )  # fmt: skip
+    what.add_argument(
+        '--clearance', type=CLEARANCE, default=-1.0, metavar='MM',
+        help=f"air between two boxes, instead of the profile's own ({CLEARANCE})",
+    )  # fmt: skip
+    what.add_argument(
+        '--resolution', type=RESOLUTION, default=0, metavar='MM',
+        help=f"grid of positions and sizes, instead of the profile's own ({RESOLUTION})",
     )  # fmt: skip
     what.add_argument('--algorithm', default='foresight', metavar='NAME', help='default foresight')
     what.add_argument('--look-ahead', type=whole(1, 6), default=5, metavar='N', help='default 5')
