@@ -42,7 +42,7 @@ def mine(problem):
 def plain(problem):
     return mine(problem)
 """
-BOXES = 'id,length_mm,width_mm,height_mm\na,200,200,40\nb,300,200,40\nc,200,100,40\n'
+BOXES = 'id,length_mm,width_mm,height_mm\na,200,200,80\nb,300,200,80\nc,200,100,80\n'
 FEW = ('--bin', '60x40x40', '--boxes', 'draw:boxes.csv', '--profile', 'paper', '--orientations',
        'upright', '--scan-sigma', '0', '--check-streams', '4', '--stream-bins', '3')  # fmt: skip
 
