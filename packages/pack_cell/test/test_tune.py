@@ -17,6 +17,7 @@ from pack_cell.tune.values import CHECK, TRAINING, TuneSettings
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import parse_bin
 from pack_planner import find_algorithm
+from pack_planner.algorithms.registry import SPECS
 from pack_planner.algorithms.tuned_tables import read_table
 
 #: A rule that uses a bin up to a share of its height, and closes it then.
@@ -29,7 +30,7 @@ class Mine:
     lid: float = 0.4
     lean: float = 0.0
 
-@algorithm('mine', weights=Mine())
+@algorithm('lidded', weights=Mine())
 def mine(problem):
     w = problem.weights_or(Mine())
     def rank(spots, _):
@@ -52,7 +53,8 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / 'mine.py').write_text(RULE)
     (tmp_path / 'boxes.csv').write_text(BOXES)
-    return tmp_path
+    yield tmp_path
+    SPECS.pop('lidded', None)
 
 
 def tune(*arguments):
