@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from arm_executor.arms.registry import ARMS_IN_WORDS, DEFAULT_ARM
 from arm_executor.model.robot_data import ROBOTS
 from pack_msgs_py.geometry.tolerance import Tolerance
-from pack_msgs_py.orientation import ORIENTATION_RULES
+from pack_msgs_py.orientation import ORIENTATION_RULES, TILT_TIME_S
 from pack_msgs_py.parameter_fields import parameter
 from pack_msgs_py.profiles import PROFILES, Profile, adapted
 from pack_msgs_py.values import BIN_KINDS
@@ -115,6 +115,14 @@ class ExecutorParameters:
         'Refuse a goal whose predicted time exceeds its deadline. Off: do it, and report it late.',
         read_only=True,
     )
+    tilt_time: float = parameter(
+        TILT_TIME_S,
+        'Robot time in which the tilt tray at the pick point tips a box; as the conveyor has it.',
+        unit='s',
+        low=0.1,
+        high=60.0,
+        read_only=True,
+    )
     watchdog_s: float = parameter(
         10.0,
         'Motion that makes no progress for so long is stopped; longer when `speed` is below 1.',
@@ -138,6 +146,7 @@ class ExecutorSettings:
     enforce_deadline: bool = True
     watchdog_s: float = 10.0
     speed: float = 1.0
+    tilt_time_s: float = TILT_TIME_S
 
 
 def destinations_from(parameters: ExecutorParameters) -> tuple[str, ...]:
@@ -175,4 +184,5 @@ def settings_from(
         enforce_deadline=parameters.enforce_deadline,
         watchdog_s=parameters.watchdog_s / (min(1.0, parameters.speed) or 1.0),
         speed=parameters.speed,
+        tilt_time_s=parameters.tilt_time,
     )

@@ -8,9 +8,11 @@ import time
 import pytest
 
 from arm_executor.goals.belt_view import BeltClock, BeltView
+from arm_executor.goals.waiting import waiting_for
 from pack_msgs_py.cell_values import Scan, ScannedBox
 from pack_msgs_py.codes import Phase
-from pack_msgs_py.geometry.pose import Pose
+from pack_msgs_py.geometry.pose import Pose, partial_turn
+from pack_msgs_py.orientation import QUATERNIONS, TIPPED
 from pack_msgs_py.values import Box
 
 BOX = Box('a', (300.0, 200.0, 100.0))
@@ -36,9 +38,9 @@ def scan(stamp_s, opens_s, closes_s):
 def test_a_box_is_taken_in_the_first_half_of_its_window(now_s, opens_s, closes_s, taken):
     belt = BeltView(wall=lambda: now_s)
     belt.update(scan(100.0, opens_s, closes_s))
-    scanned = belt.wait_presented('a', 0.01, lambda: False)
+    scanned = belt.wait_presented('a', Pose(), 0.01, lambda: False)
     assert (scanned is not None) == taken
-    assert belt.wait_presented('a', 0.01, lambda: True) is None
+    assert belt.wait_presented('a', Pose(), 0.01, lambda: True) is None
 
 
 def test_a_missed_window_is_waited_out_until_the_next():
@@ -47,7 +49,7 @@ def test_a_missed_window_is_waited_out_until_the_next():
     belt.update(scan(100.0, 99.0, 103.0))
     presented = []
     waiting = threading.Thread(
-        target=lambda: presented.append(belt.wait_presented('a', 20.0, lambda: False))
+        target=lambda: presented.append(belt.wait_presented('a', Pose(), 20.0, lambda: False))
     )
     waiting.start()
     now_s[0] = 109.5
@@ -56,12 +58,42 @@ def test_a_missed_window_is_waited_out_until_the_next():
     assert presented[0].pick_open_s == 109.0
 
 
+@pytest.mark.parametrize(
+    ('turn', 'taken'),
+    [(0.0, False), (0.5, False), (1.0, True)],
+    ids=['not tipped yet', 'half way', 'tipped'],
+)
+def test_a_box_is_not_there_before_it_lies_as_the_goal_says(turn, taken):
+    tipped = QUATERNIONS[TIPPED['y']]
+    belt = BeltView(wall=lambda: 100.0)
+    lies = Pose((0.0, 0.0, 0.0), partial_turn(tipped, turn))
+    belt.update(Scan(1, 100.0, (ScannedBox(BOX, lies, pick_open_s=90.0),)))
+    pick = Pose((0.0, 0.0, 0.0), tipped)
+    assert (belt.wait_presented('a', pick, 0.01, lambda: False) is not None) == taken
+
+
+@pytest.mark.parametrize(
+    ('up', 'hidden_s', 'belt_s', 'tray_s'),
+    [('z', 1.0, 1.4, 0.0), ('y', 1.0, 1.4, 1.5), ('x', 3.0, 0.0, 0.9), ('y', 9.0, 0.0, 0.0)],
+)
+def test_what_belt_and_tray_take_is_hidden_by_the_motion_before(up, hidden_s, belt_s, tray_s):
+    pick = Pose((0.0, 0.0, 0.0), QUATERNIONS[TIPPED[up]])
+    seen = Scan(1, 100.0, (ScannedBox(BOX, Pose(), travel_time_s=2.4),))
+    waiting = waiting_for('a', pick, seen, hidden_s, 1.5)
+    assert (waiting.belt_s, waiting.tray_s) == pytest.approx((belt_s, tray_s))
+
+
+def test_nothing_hides_the_tray_before_the_first_pick():
+    pick = Pose((0.0, 0.0, 0.0), QUATERNIONS[TIPPED['y']])
+    assert waiting_for('a', pick, None, None, 1.5).tray_s == 1.5
+
+
 def test_a_box_that_has_left_the_belt_is_not_waited_for():
     belt = BeltView()
     belt.update(Scan(1, time.time(), (ScannedBox(BOX, Pose()),)))
     presented = []
     waiting = threading.Thread(
-        target=lambda: presented.append(belt.wait_presented('a', 20.0, lambda: False))
+        target=lambda: presented.append(belt.wait_presented('a', Pose(), 20.0, lambda: False))
     )
     waiting.start()
     belt.update(Scan(2, time.time(), ()))

@@ -137,7 +137,8 @@ def test_layout_of_each_robot_reaches_the_bins_that_it_is_for(robot, kinds):
 
 def test_short_arm_in_the_layout_of_a_long_one_is_refused_with_what_it_reaches():
     with pytest.raises(LayoutError, match=r'ur16e \(reach 0\.9 m\) reaches 48% of bin A \(LDC\)'):
-        check_reach(Layout(robot='ur16e'), {'A': parse_bin('LDC')})
+        low = ConveyorLayout(tallest_box=0.45)
+        check_reach(Layout(robot='ur16e', conveyor=low), {'A': parse_bin('LDC')})
     with pytest.raises(LayoutError, match=r'ur5e .* base 1\.3 m high cannot reach the waiting'):
         check_reach(Layout(robot='ur5e'), {'A': parse_bin('SYN')})
 

@@ -28,7 +28,14 @@ def make_belt(p: ConveyorParameters) -> Belt:
             gap_m=p.gap,
             window_s=p.pick_window,
         )
-    return IndexingBelt(p.belt_length, p.look_ahead, p.belt_speed, p.speed, gap_m=p.gap)
+    return IndexingBelt(
+        p.belt_length,
+        p.look_ahead,
+        p.belt_speed,
+        p.speed,
+        gap_m=p.gap,
+        tilt_time_s=p.tilt_time if p.tilt_tray else None,
+    )
 
 
 def make_inspection(p: ConveyorParameters) -> Inspection:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from conveyor_sim.belt.jams import FORMS as JAMS
 from conveyor_sim.induct.arrivals import FORMS as ARRIVALS
 from conveyor_sim.streams import SYNTAX
+from pack_msgs_py.orientation import TILT_TIME_S
 from pack_msgs_py.parameter_fields import parameter
 
 
@@ -104,6 +105,20 @@ class ConveyorParameters:
         unit='s',
         low=0.5,
         high=600.0,
+        read_only=True,
+    )
+    tilt_tray: bool = parameter(
+        True,
+        'Whether a tray at the pick point of `stop_at_pick` tips the chosen box, so that the face '
+        'comes up that its placement names; `continuous` has none.',
+        read_only=True,
+    )
+    tilt_time: float = parameter(
+        TILT_TIME_S,
+        'Robot time in which the tray tips a box, or goes back.',
+        unit='s',
+        low=0.1,
+        high=60.0,
         read_only=True,
     )
     arrivals: str = parameter(

@@ -41,13 +41,23 @@ class ConveyorRig:
     def ids(self):
         return [item.box.id for item in self.scan().boxes]
 
-    def decide(self, box_id, *, reject=False, reason=Reason.OVERSIZE, sequence=None, stamp=None):
+    def decide(
+        self,
+        box_id,
+        *,
+        reject=False,
+        reason=Reason.OVERSIZE,
+        sequence=None,
+        stamp=None,
+        orientation='xyz',
+    ):
         self.sequence += 1
         status = PlacementStatus.REJECT if reject else PlacementStatus.OPTIMAL
         decision = Decision(
             Box(box_id, SIZE),
             bin_id='' if reject else 'LDC-1',
             status=status,
+            orientation=orientation,
             sequence=self.sequence if sequence is None else sequence,
             stamp_s=EPOCH + self.now if stamp is None else stamp,
             reason='fits no bin' if reject else '',

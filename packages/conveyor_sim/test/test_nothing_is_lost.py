@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 
+import pytest
 from conveyor_rig import SIZE, ConveyorRig, bad_row
 from hypothesis import settings
 from hypothesis import strategies as st
@@ -11,6 +12,8 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 
 from conveyor_sim.ledger.ledger import Whereabouts
 from pack_msgs_py.codes import BoxEventKind as Kind
+from pack_msgs_py.geometry.pose import extent, metres, stands_upright
+from pack_msgs_py.orientation import ORIENTATIONS
 from pack_msgs_py.values import Box
 
 
@@ -56,7 +59,7 @@ class NothingIsLost(RuleBasedStateMachine):
         ids = self.cell.ids()
         if ids and self.cell.scan().boxes:
             box_id = data.draw(st.sampled_from(ids))
-            self.cell.decide(box_id)
+            self.cell.decide(box_id, orientation=data.draw(st.sampled_from(ORIENTATIONS)))
             self.held = box_id
             self.tell(box_id, Kind.PICKED)
 
@@ -69,6 +72,14 @@ class NothingIsLost(RuleBasedStateMachine):
             self.gone[box_id] = Whereabouts.PLACED if kind is Kind.PLACED else Whereabouts.LOST
         else:
             assert box_id in self.cell.ids()
+
+    @rule(data=st.data())
+    def choose_and_wait(self, data):
+        ids = self.cell.ids()
+        if ids:
+            box_id = data.draw(st.sampled_from(ids))
+            self.cell.decide(box_id, orientation=data.draw(st.sampled_from(ORIENTATIONS)))
+            self.cell.step(data.draw(st.floats(0.0, 9.0)), period=0.5)
 
     @rule(data=st.data())
     def reject(self, data):
@@ -104,6 +115,16 @@ class NothingIsLost(RuleBasedStateMachine):
             ids, before = sorted(ids), sorted(before)
         assert ids[: len(before)] == before
         assert all(item.laps == laps[item.box.id] for item in after.boxes if item.box.id in laps)
+
+    @invariant()
+    def a_tipped_box_stands_still_at_the_pick_point(self):
+        scan = self.cell.scan()
+        tipped = [item for item in scan.boxes if not stands_upright(item.pose.quaternion)]
+        assert len(tipped) <= 1
+        for item in tipped:
+            assert not self.one_way
+            assert extent(item.pose, metres(item.box.size_mm))[0][1] == pytest.approx(0.55)
+            assert scan.belt_velocity == (0.0, 0.0, 0.0)
 
     def paused(self):
         return self.cell.conveyor.condition == 'paused'

@@ -87,6 +87,11 @@ class Decision:
     first_objective: float = 0.0
     first_refusal: ErrorCode = ErrorCode.NONE
 
+    @property
+    def is_upright(self) -> bool:
+        """Whether the box keeps the top up that it has on the belt."""
+        return self.orientation[2] == 'z'
+
 
 @dataclass(frozen=True)
 class BoxEvent:

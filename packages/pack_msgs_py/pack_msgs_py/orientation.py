@@ -24,14 +24,15 @@ ORIENTATIONS = ('xyz', 'yxz', 'xzy', 'zxy', 'yzx', 'zyx')
 
 #: Unit quaternions (x, y, z, w), bin frame from box frame. Each is a proper rotation; the sign of
 #: the axes is free for a rectangular box and chosen for the smallest turn, and so that of the faces
-#: along y it is the front (-y) that comes up: that is the one that an arm can take on the belt.
+#: along an axis the same one comes up either way: along y the front (-y), which is the one that an
+#: arm can take on the belt, along x the left end (-x).
 _H = math.sqrt(0.5)
 QUATERNIONS: dict[str, tuple[float, float, float, float]] = {
     'xyz': (0.0, 0.0, 0.0, 1.0),
     'yxz': (0.0, 0.0, _H, _H),
     'xzy': (-_H, 0.0, 0.0, _H),
     'zxy': (-0.5, -0.5, 0.5, 0.5),
-    'yzx': (-0.5, -0.5, -0.5, 0.5),
+    'yzx': (-0.5, 0.5, 0.5, 0.5),
     'zyx': (0.0, _H, 0.0, _H),
 }
 
@@ -41,11 +42,23 @@ FRONT_EDGE_MM = 100.0
 #: the pad off, or has to be carried too slowly.
 FRONT_MOMENT_KG_M = 0.9
 
+#: How a box lies whose axis is up that the key names, when it was only tipped, not turned.
+TIPPED = {'x': 'zyx', 'y': 'xzy', 'z': 'xyz'}
+#: A tilt tray takes boxes of this length across and along the belt before and after the tip, and no
+#: higher ones than an arm that waits above it leaves room for.
+TRAY_MM, TRAY_HEIGHT_MM = 660.0, 500.0
+#: An edge swings past below that arm, with what it keeps clear of (diagonal of the tipped sides).
+TRAY_SWING_MM = 550.0
+#: Robot time in which it tips a box, or goes back, seconds: assumed, see docs/decisions.md.
+TILT_TIME_S = 1.8
+
 _UP_FLAGS = {
     'x': UP_POS_X | UP_NEG_X,
     'y': UP_POS_Y | UP_NEG_Y,
     'z': UP_POS_Z | UP_NEG_Z,
 }
+#: The same for the tilt tray, which tips one way only.
+_TIPPED_UP_FLAGS = {**_UP_FLAGS, 'x': UP_NEG_X, 'y': UP_NEG_Y}
 
 
 def oriented_size(size_mm: Vec3, orientation: str) -> Vec3:
@@ -97,11 +110,58 @@ def front_refusal(box: Box) -> str:
     return ''
 
 
+def _upright_or_tipped(size_mm: Vec3, orientation: str) -> bool:
+    return not _tray_refusal(size_mm, orientation[2])
+
+
+def _tray_refusal(size_mm: Vec3, up: str) -> str:
+    """Why a box of ``size_mm`` cannot be tipped so that axis ``up`` stands up."""
+    if up == 'z':
+        return ''
+    tipped = oriented_size(size_mm, TIPPED[up])
+    widest, high = max(*size_mm[:2], *tipped[:2]), tipped[2]
+    swing = math.hypot(high, size_mm[2])
+    if widest > TRAY_MM:
+        return f'it is {widest:g} mm wide or deep; the tray takes {TRAY_MM:g} mm'
+    if high > TRAY_HEIGHT_MM:
+        return f'it would stand {high:g} mm high; the arm leaves room for {TRAY_HEIGHT_MM:g} mm'
+    if swing > TRAY_SWING_MM:
+        return (
+            f'an edge of it swings {swing:.0f} mm high; the waiting arm leaves room for '
+            f'{TRAY_SWING_MM:g} mm'
+        )
+    return ''
+
+
+def tray_refusal(box: Box, up: str) -> str:
+    """Why a tilt tray does not bring axis ``up`` of ``box`` up; empty when it does.
+
+    >>> tray_refusal(Box('a', (600.0, 200.0, 100.0)), 'x')
+    'it would stand 600 mm high; the arm leaves room for 500 mm'
+    """
+    if not box.allowed_up & _TIPPED_UP_FLAGS[up]:
+        what = {'x': 'its left end may', 'y': 'its front may', 'z': 'neither top nor base may'}[up]
+        return f'{what} not come up (allowed_up {box.allowed_up})'
+    return _tray_refusal(box.size_mm, up)
+
+
+def at_pick(orientation: str, rule: str) -> str:
+    """How a box lies at the pick point that is to be placed in ``orientation``.
+
+    As on the belt, unless ``rule`` leaves it to the tilt tray to bring another face up.
+    """
+    return TIPPED[orientation[2]] if rule == UPRIGHT_OR_TIPPED else TIPPED['z']
+
+
+#: Name of the rule of a cell with a tilt tray.
+UPRIGHT_OR_TIPPED = 'upright_or_tipped'
+
 ORIENTATION_RULES: dict[str, Callable[[Vec3, str], bool]] = {
     'any': _any,
     'largest_not_vertical': _largest_not_vertical,
     'upright': _upright,
     'upright_or_front_up': _upright_or_front_up,
+    UPRIGHT_OR_TIPPED: _upright_or_tipped,
 }
 
 
@@ -109,6 +169,8 @@ def orientation_allowed(box: Box, orientation: str, rule: str) -> bool:
     """Whether ``rule`` and the box's own up flags both allow ``orientation``."""
     vertical_axis = orientation[2]
     if rule == 'upright_or_front_up' and vertical_axis == 'y' and front_refusal(box):
+        return False
+    if rule == UPRIGHT_OR_TIPPED and tray_refusal(box, vertical_axis):
         return False
     return bool(box.allowed_up & _UP_FLAGS[vertical_axis]) and ORIENTATION_RULES[rule](
         box.size_mm, orientation

@@ -18,11 +18,13 @@ from pack_msgs_py.geometry.pose import (
     extent,
     folded,
     metres,
+    partial_turn,
     quaternion_product,
     rotated,
     rotation_matrix,
     stands_upright,
     turn_between,
+    upright_axis,
     yaw_of,
 )
 from pack_msgs_py.orientation import ORIENTATIONS, QUATERNIONS, oriented_size
@@ -130,6 +132,31 @@ def test_half_a_turn_is_folded_away():
     half_turned = Pose((0.1, 0.2, 0.3), (0.0, 0.0, 1.0, 0.0))
     assert turn_between(folded(half_turned, Pose()), Pose()) == pytest.approx(0.0)
     assert turn_between(half_turned, Pose()) == pytest.approx(math.pi)
+
+
+@pytest.mark.parametrize('orientation', ORIENTATIONS)
+def test_half_a_turn_about_the_axis_that_is_up_is_folded_away(orientation):
+    stands = Pose((0.1, 0.2, 0.3), QUATERNIONS[orientation])
+    other_way = quaternion_product((0.0, 0.0, 1.0, 0.0), stands.quaternion)
+    folded_away = folded(Pose(stands.position, other_way), stands)
+    assert turn_between(folded_away, stands) == pytest.approx(0.0, abs=1e-6)
+
+
+@given(st.sampled_from(ORIENTATIONS), st.floats(0.0, 1.0), st.floats(0.0, 1.0))
+def test_parts_of_a_turn_add_up_to_it(orientation, share, rest):
+    turn = QUATERNIONS[orientation]
+    share, rest = min(share, rest), max(share, rest) - min(share, rest)
+    both = quaternion_product(partial_turn(turn, rest), partial_turn(turn, share))
+    assert (
+        turn_between(Pose((0.0,) * 3, both), Pose((0.0,) * 3, partial_turn(turn, share + rest)))
+        < 1e-6
+    )
+    assert partial_turn(turn, 1.0) == turn
+
+
+@pytest.mark.parametrize('orientation', ORIENTATIONS)
+def test_the_axis_that_is_up_is_the_last_of_the_orientation(orientation):
+    assert 'xyz'[upright_axis(QUATERNIONS[orientation])] == orientation[2]
 
 
 def test_metres_are_thousandths_and_no_turn_is_the_default():

@@ -4,13 +4,26 @@ import math
 
 import pytest
 
+from pack_msgs_py.geometry.pose import conjugate, quaternion_product, stands_upright
 from pack_msgs_py.orientation import (
     ORIENTATIONS,
     QUATERNIONS,
+    TIPPED,
+    UPRIGHT_OR_TIPPED,
     allowed_orientations,
+    at_pick,
     oriented_size,
+    tray_refusal,
 )
-from pack_msgs_py.values import UP_NEG_Y, UP_NEG_Z, UP_POS_Y, UP_POS_Z, Box
+from pack_msgs_py.values import (
+    UP_NEG_X,
+    UP_NEG_Y,
+    UP_NEG_Z,
+    UP_POS_X,
+    UP_POS_Y,
+    UP_POS_Z,
+    Box,
+)
 
 
 def rotate(quaternion, vector):
@@ -94,3 +107,38 @@ def test_a_front_that_the_pad_cannot_hold_or_may_not_come_up_is_no_option(box):
 def test_a_front_that_may_come_up_is_an_option():
     box = Box('b', (300, 200, 150), 8.5, allowed_up=UP_POS_Z | UP_NEG_Y)
     assert 'xzy' in allowed_orientations(box, 'upright_or_front_up')
+
+
+@pytest.mark.parametrize('orientation', ORIENTATIONS)
+def test_a_tipped_box_needs_no_turn_but_about_the_vertical(orientation):
+    tip = QUATERNIONS[at_pick(orientation, UPRIGHT_OR_TIPPED)]
+    assert stands_upright(quaternion_product(QUATERNIONS[orientation], conjugate(tip)))
+
+
+@pytest.mark.parametrize('orientation', ORIENTATIONS)
+def test_without_a_tray_a_box_lies_at_the_pick_point_as_on_the_belt(orientation):
+    assert at_pick(orientation, 'upright_or_front_up') == 'xyz'
+
+
+def test_a_tray_brings_up_front_and_left_end():
+    assert len(allowed_orientations(Box('b', (300, 200, 150)), UPRIGHT_OR_TIPPED)) == 6
+    assert rotate(QUATERNIONS[TIPPED['x']], (-1.0, 0.0, 0.0)) == pytest.approx((0.0, 0.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ('size_mm', 'allowed_up', 'refused'),
+    [
+        ((300, 200, 150), UP_POS_Z | UP_POS_X | UP_POS_Y, 'xy'),
+        ((300, 200, 150), UP_POS_Z | UP_NEG_X, 'y'),
+        ((300, 200, 150), UP_POS_Z | UP_NEG_Y, 'x'),
+        ((620, 200, 100), UP_POS_Z | UP_NEG_X | UP_NEG_Y, 'x'),
+        ((300, 700, 150), UP_POS_Z | UP_NEG_X | UP_NEG_Y, 'xy'),
+        ((450, 200, 400), UP_POS_Z | UP_NEG_X | UP_NEG_Y, 'x'),
+    ],
+    ids=['other faces up only', 'left end', 'front', 'too high', 'too long', 'swings too high'],
+)
+def test_what_the_tray_cannot_bring_up_is_no_option(size_mm, allowed_up, refused):
+    box = Box('b', size_mm, allowed_up=allowed_up)
+    assert ''.join(axis for axis in 'xy' if tray_refusal(box, axis)) == refused
+    up = {name[2] for name in allowed_orientations(box, UPRIGHT_OR_TIPPED)}
+    assert up == {'z', *'xy'} - set(refused)

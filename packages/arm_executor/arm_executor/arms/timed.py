@@ -23,8 +23,9 @@ from arm_executor.model.arm_interface import (
     PlaceRequest,
 )
 from arm_executor.model.layout import Layout, bin_frame
+from arm_executor.motion.grasp import as_lying, by_front
 from pack_msgs_py.codes import ErrorCode, Phase
-from pack_msgs_py.geometry.pose import Pose, stands_upright
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Bin
 
 #: Speed and acceleration of the tool centre point, assumed. Together with the rail of the layout
@@ -46,6 +47,9 @@ CLEARANCE_M = 0.10
 TO_LEVEL_S, FROM_LEVEL_S = 1.0, 0.7
 #: A waiting thread looks this often whether progress is due; a stop is noticed at once.
 SLICE_S = 0.1
+
+#: Phases after the grasp.
+AFTER_PICK = (Phase.TRANSFERRING, Phase.LOWERING, Phase.RELEASING, Phase.RETREATING)
 
 _AT_PLANNING = frozenset(
     {
@@ -80,6 +84,8 @@ def predict(request: PlaceRequest, target: Bin, layout: Layout) -> dict[Phase, f
     over the rim of the bin while the rail and the turning base bring it over its place; lowers
     it; goes up and back over the pick point. Going up overlaps half with going across.
     """
+    front = by_front(request)
+    request = request if front else as_lying(request)
     frame = bin_frame(layout, target.station, target.spec)
     place = frame.to_cell(request.target).position
     height = request.box.size_mm[2] / 1e3
@@ -102,8 +108,7 @@ def predict(request: PlaceRequest, target: Bin, layout: Layout) -> dict[Phase, f
         HALF_TURN_RAD if half_turn else 0.0, TURN_SPEED_RAD_S, TURN_ACCELERATION_RAD_S2
     )
     across = max(rail, turn)
-    upright = stands_upright(request.target.quaternion)
-    to_level, from_level = (0.0, 0.0) if upright else (TO_LEVEL_S, FROM_LEVEL_S)
+    to_level, from_level = (TO_LEVEL_S, FROM_LEVEL_S) if front else (0.0, 0.0)
     return {
         Phase.APPROACHING: tool(wait_height - pick_top) + to_level,
         Phase.GRASPING: GRIP_S,
@@ -169,7 +174,10 @@ class TimedArm:
             msg = f'box {request.box.id!r}: {fault.name}, as asked for'
             raise MotionError(fault, msg)
         split = predict(request, target, self._layout)
-        return MotionPlan(request, sum(split.values()), time.perf_counter() - started, split)
+        total_s, after_s = sum(split.values()), sum(split[phase] for phase in AFTER_PICK)
+        return MotionPlan(
+            request, total_s, time.perf_counter() - started, split, after_pick_s=after_s
+        )
 
     def execute(self, plan: MotionPlan, hooks: MotionHooks, stop: threading.Event) -> MotionResult:
         """Spend the time of each phase, and call the hooks where they belong."""

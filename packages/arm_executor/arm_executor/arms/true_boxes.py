@@ -15,7 +15,7 @@ from pathlib import Path
 
 from arm_executor.model.arm_interface import PlaceRequest
 from pack_msgs_py.box_codec import box_from_data, box_to_data, pose_from_data, pose_to_data
-from pack_msgs_py.geometry.pose import Pose, conjugate, quaternion_product, rotated
+from pack_msgs_py.geometry.pose import Pose, conjugate, quaternion_product, rotated, upright_axis
 from pack_msgs_py.values import Box
 
 FILE_NAME = 'true_boxes.json'
@@ -124,9 +124,13 @@ def mismatch(scanned: Box, true: Box) -> str:
 
 def missed_by_pad(pick: Pose, true: TrueBox) -> bool:
     """Whether a pad in the middle of the box as it was scanned finds no box below it."""
-    aside = [a - b for a, b in zip(true.pose.position, pick.position, strict=True)]
+    (px, py, _), (x, y, _), lies = pick.position, true.pose.position, true.pose.quaternion
+    aside = rotated(conjugate(lies), (px - x, py - y, 0.0))
+    up = upright_axis(lies)
     return any(
-        abs(way) > edge / 2e3 for way, edge in zip(aside[:2], true.box.size_mm, strict=False)
+        abs(way) > edge / 2e3
+        for axis, (way, edge) in enumerate(zip(aside, true.box.size_mm, strict=True))
+        if axis != up
     )
 
 
@@ -140,5 +144,6 @@ def true_rest(request: PlaceRequest, true: TrueBox) -> Pose:
     aside = tuple(a - b for a, b in zip(true.pose.position, request.pick.position, strict=True))
     x, y, _ = rotated(turn, (aside[0], aside[1], 0.0))
     tx, ty, tz = request.target.position
-    higher = (true.box.size_mm[2] - request.box.size_mm[2]) / 2e3
+    up = upright_axis(request.pick.quaternion)
+    higher = (true.box.size_mm[up] - request.box.size_mm[up]) / 2e3
     return Pose((tx + x, ty + y, tz + higher), quaternion_product(turn, true.pose.quaternion))

@@ -15,6 +15,8 @@ from pack_msgs_py.geometry.pose import (
     Pose,
     Quaternion,
     conjugate,
+    extent,
+    metres,
     quaternion_product,
     rotated,
     rotation_matrix,
@@ -37,17 +39,20 @@ def neighbours(goal: PlaceGoal, scan: Scan | None) -> tuple[tuple[Box, Pose], ..
     scanned = None if scan is None else scan.find(box.id)
     if scan is None or scanned is None:
         return ()
-    on_top = abs(scanned.pose.position[2] - pick.position[2]) < _SAME_HEIGHT_M
-    shift = pick.position[1] - scanned.pose.position[1] if on_top else 0.0
-    belt_z = pick.position[2] - box.size_mm[2] / 2e3
-    back_y = pick.position[1] + box.size_mm[1] / 2e3
+    (_, pick_y, belt_z), (_, back_y, _) = extent(pick, metres(box.size_mm))
+    (_, now_y, base_z), _ = extent(scanned.pose, metres(scanned.box.size_mm))
+    on_top = abs(base_z - belt_z) < _SAME_HEIGHT_M
+    shift = pick_y - now_y if on_top else 0.0
     near = []
     for other in scan.boxes:
-        x, y, z = other.pose.position
-        front_y = y + shift - other.box.size_mm[1] / 2e3
-        on_belt = abs(z - other.box.size_mm[2] / 2e3 - belt_z) < _SAME_HEIGHT_M
+        length, depth, height = metres(other.box.size_mm)
+        (low_x, low_y, base_z), (high_x, _, _) = extent(other.pose, (length, depth, height))
+        front_y = low_y + shift
+        on_belt = abs(base_z - belt_z) < _SAME_HEIGHT_M
         if other.box.id != box.id and on_belt and 0 <= front_y - back_y <= NEIGHBOUR_REACH_M:
-            near.append((other.box, Pose((x, y + shift, z), other.pose.quaternion)))
+            # One that was tipped for another decision is tipped back before the belt moves.
+            centre = ((low_x + high_x) / 2, front_y + depth / 2, belt_z + height / 2)
+            near.append((other.box, Pose(centre)))
     return tuple(near)
 
 

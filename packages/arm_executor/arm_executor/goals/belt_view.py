@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 
 from pack_msgs_py.cell_values import Scan, ScannedBox
 from pack_msgs_py.codes import Phase
+from pack_msgs_py.geometry.pose import Pose, turn_between
 
 #: Phases of a motion after the box has left the belt.
 _AFTER_PICK = (
@@ -21,6 +22,8 @@ _AFTER_PICK = (
 
 #: The arm goes for a box only in this first share of its pick window; it grasps in the rest.
 START_SHARE = 0.5
+#: A box lies as a goal says up to this angle: more, and another face is up, or half way up.
+LIES_SO_RAD = 0.1
 
 
 class BeltView:
@@ -46,11 +49,12 @@ class BeltView:
             self._changed.notify_all()
 
     def wait_presented(
-        self, box_id: str, timeout_s: float, give_up: Callable[[], bool]
+        self, box_id: str, pick: Pose, timeout_s: float, give_up: Callable[[], bool]
     ) -> ScannedBox | None:
         """The box once it is at the pick point; ``None`` after ``timeout_s`` or ``give_up()``.
 
-        ``None`` at once when the scan, which is complete, no longer holds the box.
+        It is not there yet while another of its faces is up than at ``pick``. ``None`` at once when
+        the scan, which is complete, no longer holds the box.
 
         On a belt that lets a box go after a while, a window that is half over is left for the
         next one, a lap later.
@@ -62,7 +66,7 @@ class BeltView:
             if scan is None or scanned is None or scanned.pick_open_s is None:
                 return None
             opens_s, closes_s = scanned.pick_open_s, scanned.pick_close_s
-            if opens_s > scan.stamp_s:
+            if opens_s > scan.stamp_s or turn_between(scanned.pose, pick) > LIES_SO_RAD:
                 return None
             if closes_s is not None:
                 last_s = opens_s + START_SHARE * (closes_s - opens_s)

@@ -19,6 +19,7 @@ from arm_executor.goals.arm_request import request_of
 from arm_executor.goals.outputs import Checked, Output, Replied, Said, Ticket
 from arm_executor.goals.place_goal import PlaceGoal
 from arm_executor.goals.placing import Placing, Tools
+from arm_executor.goals.waiting import waiting_for
 from arm_executor.model.arm_interface import MotionError, MotionUnderWay
 from pack_msgs_py.codes import ErrorCode, Mode
 from pack_msgs_py.geometry.resting import resting_pose, with_measured, with_poses
@@ -137,4 +138,8 @@ class CandidateChecker:
             plan = tools.plans.plan(tools.arm, request, bins.poses, view.after)
         except MotionError as error:
             return Checked(error.code, str(error))
-        return Checked(ErrorCode.NONE, '', plan.predicted_s)
+        hidden_s = tools.clock.elapsed_s() if view.after is None else view.after.plan.after_pick_s
+        tilt_time_s = tools.settings.tilt_time_s
+        box_id, scan = goal.decision.box.id, view.state.scan
+        tray_s = waiting_for(box_id, goal.pick, scan, hidden_s, tilt_time_s).tray_s
+        return Checked(ErrorCode.NONE, '', plan.predicted_s + tray_s)

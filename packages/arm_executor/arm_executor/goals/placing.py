@@ -16,6 +16,7 @@ from arm_executor.goals.outputs import BinsChanged, Happened, Output, Progress, 
 from arm_executor.goals.place_goal import PlaceGoal
 from arm_executor.goals.plan_cache import PlanCache
 from arm_executor.goals.reports import GoalTimes, placement_report
+from arm_executor.goals.waiting import Waiting, waiting_for
 from arm_executor.model.arm_interface import Arm, MotionError, MotionHooks, MotionPlan, MotionResult
 from arm_executor.parameters import ExecutorSettings
 from pack_msgs_py.cell_values import Report
@@ -85,7 +86,7 @@ class Placing:
         self._received_s = tools.steady()
         self._budget_s = goal.deadline_s - received_s
         self._planning_s = 0.0
-        self._wait_s = 0.0
+        self._waited = Waiting()
         self._told: tuple[Phase, float] | None = None
         self._halted: tuple[ErrorCode, str] | None = None
 
@@ -100,6 +101,7 @@ class Placing:
         self._planning_s = self._tools.steady() - self._received_s
         try:
             # While the belt still brings the box.
+            self._waited = self._waiting()
             self._plan()
             self._wait()
             # With the neighbours on the belt as they stand now; mostly it is the same plan.
@@ -143,11 +145,13 @@ class Placing:
         finally:
             self._planning_s += self._tools.steady() - started
         self.remaining_s = plan.predicted_s
-        needed_s = self._planning_s + plan.predicted_s + EXECUTION_SLACK_S
+        tray_s = self._waited.tray_s
+        needed_s = self._planning_s + tray_s + plan.predicted_s + EXECUTION_SLACK_S
         if self._tools.settings.enforce_deadline and needed_s > self._budget_s:
+            tray = f', the tray keeps it waiting for {tray_s:.2f} s' if tray_s else ''
             text = (
                 f'planning took {self._planning_s:.3f} s and the motion needs '
-                f'{plan.predicted_s:.2f} s, the deadline leaves {self._budget_s:.2f} s'
+                f'{plan.predicted_s:.2f} s{tray}, the deadline leaves {self._budget_s:.2f} s'
             )
             raise MotionError(ErrorCode.DEADLINE_UNREACHABLE, text)
         return plan
@@ -164,19 +168,18 @@ class Placing:
         box_id, pick = self.goal.decision.box.id, self.goal.pick
         self._tell(Phase.WAITING, 0.0)
         timeout_s = self._tools.settings.present_timeout_s
-        elapsed_s = self._tools.clock.elapsed_s(self._planning_s)
-        scanned = self._belt.wait_presented(box_id, timeout_s, self.stop.is_set)
+        waited = self._waiting()
+        scanned = self._belt.wait_presented(box_id, pick, timeout_s, self.stop.is_set)
         if self.stop.is_set():
             msg = f'canceled before box {box_id!r} was picked'
             raise MotionError(ErrorCode.CANCELED, msg)
         if scanned is None:
             why = 'left the belt'
             if self._belt.scan is not None and self._belt.scan.find(box_id) is not None:
-                why = f'did not come to the pick point within {timeout_s:g} s'
+                why = f'did not come to the pick point, lying as asked, within {timeout_s:g} s'
             msg = f'box {box_id!r} {why}'
             raise MotionError(ErrorCode.BOX_NOT_PRESENTED, msg)
-        if elapsed_s is not None:
-            self._wait_s = max(0.0, scanned.travel_time_s - elapsed_s)
+        self._waited = waited
         distance = corner_distance(scanned.pose, pick, metres(scanned.box.size_mm))
         if distance > PICK_TOLERANCE_M:
             msg = (
@@ -185,11 +188,18 @@ class Placing:
             )
             raise MotionError(ErrorCode.BOX_NOT_PRESENTED, msg)
 
+    def _waiting(self) -> Waiting:
+        """How long the belt and the tray keep the arm waiting, from now on."""
+        goal, hidden_s = self.goal, self._tools.clock.elapsed_s(self._planning_s)
+        tilt_time_s = self._tools.settings.tilt_time_s
+        box_id, scan = goal.decision.box.id, self._belt.scan
+        return waiting_for(box_id, goal.pick, scan, hidden_s, tilt_time_s)
+
     def _hooks(self, plan: MotionPlan) -> MotionHooks:
         def phase(now: Phase, fraction: float) -> None:
             self.heard_s = self._tools.steady()
             self.remaining_s = plan.predicted_s * (1.0 - fraction)
-            spent = self._planning_s + plan.predicted_s * fraction
+            spent = self._planning_s + self._waited.tray_s + plan.predicted_s * fraction
             self._tell(now, fraction, spent)
 
         return MotionHooks(
@@ -271,7 +281,7 @@ class Placing:
         aside = aside_in_bin(decision.box, self.goal.pick, decision.target, sigmas)
         rest = resting_pose(placed, decision.target, standing)
         expected = expected_rest(rest, aside, result.measured)
-        slack_s = self._budget_s - self._planning_s - result.motion_s
+        slack_s = self._budget_s - self._planning_s - self._waited.tray_s - result.motion_s
         code, text = judge(
             result,
             placed,
@@ -306,7 +316,7 @@ class Placing:
         self, code: ErrorCode, text: str, result: MotionResult, expected: Pose | None = None
     ) -> Report:
         ended = replace(result, code=code, message=text)
-        times = GoalTimes(self._budget_s, self._planning_s, self._wait_s)
+        times = GoalTimes(self._budget_s, self._planning_s, self._waited)
         return placement_report(self.goal, ended, times, self._tools.wall(), expected)
 
 

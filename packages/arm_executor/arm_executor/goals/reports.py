@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from arm_executor.goals.admission import Refusal
 from arm_executor.goals.place_goal import PlaceGoal
+from arm_executor.goals.waiting import Waiting
 from arm_executor.model.arm_interface import MotionResult
 from pack_msgs_py.cell_values import Report
 from pack_msgs_py.geometry.pose import Pose, corner_distance, metres, turn_between
@@ -17,12 +18,12 @@ class GoalTimes:
     """Seconds of a goal before its motion.
 
     ``budget_s`` is the time from receipt to deadline, ``planning_s`` what planning took of it,
-    ``wait_s`` how long the arm had to wait for the belt, robot time.
+    ``waited`` how long the arm had to wait for belt and tray.
     """
 
     budget_s: float
     planning_s: float
-    wait_s: float
+    waited: Waiting
 
 
 def placement_report(
@@ -37,7 +38,7 @@ def placement_report(
     Errors count from ``expected``, where the box should rest; by default from the target.
     """
     decision, measured = goal.decision, result.measured
-    cycle_s = times.planning_s + result.motion_s
+    cycle_s = times.planning_s + times.waited.tray_s + result.motion_s
     report = Report(
         box_id=decision.box.id,
         bin_id=decision.bin_id,
@@ -49,7 +50,7 @@ def placement_report(
         measured=measured,
         others_moved_m=result.others_moved_m,
         planning_s=times.planning_s,
-        wait_s=times.wait_s,
+        wait_s=times.waited.belt_s,
         motion_s=result.motion_s,
         cycle_s=cycle_s,
         slack_s=times.budget_s - cycle_s,

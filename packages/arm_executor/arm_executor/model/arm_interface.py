@@ -55,14 +55,16 @@ class MotionPlan:
     """A checked motion that is ready to run.
 
     ``predicted_s`` is robot time from start to the arm waiting above the pick point again, grip
-    and release included. ``planning_s`` is what planning cost in wall-clock seconds. ``detail``
-    belongs to the arm that made the plan.
+    and release included; ``after_pick_s`` what of it comes after the grasp, in which the belt can
+    already bring the next box. ``planning_s`` is what planning cost in wall-clock seconds.
+    ``detail`` belongs to the arm that made the plan.
     """
 
     request: PlaceRequest
     predicted_s: float
     planning_s: float
     detail: Any = field(default=None, repr=False)
+    after_pick_s: float = 0.0
 
 
 @dataclass(frozen=True)

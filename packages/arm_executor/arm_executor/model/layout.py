@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, fields
 
 from arm_executor.model.robot_data import find_robot
 from pack_msgs_py.geometry.pose import Pose, about_z, quaternion_product
+from pack_msgs_py.orientation import QUATERNIONS, oriented_size
 from pack_msgs_py.values import STATIONS, BinSpec, Vec3, Walls
 
 
@@ -59,7 +60,7 @@ class ConveyorLayout:
     front_y: float = 0.55
     length: float = 1.60
     top_z: float = 0.75
-    tallest_box: float = 0.45
+    tallest_box: float = 0.50
 
 
 @dataclass(frozen=True)
@@ -246,10 +247,15 @@ def _pedestal_sweep(layout: Layout) -> Block:
     )
 
 
-def pick_pose(layout: Layout, size_mm: Vec3) -> Pose:
-    """Centre of a box of ``size_mm`` at the pick point, frame `cell`."""
+def pick_pose(layout: Layout, size_mm: Vec3, lies: str = 'xyz') -> Pose:
+    """Centre of a box of ``size_mm`` at the pick point, frame `cell`.
+
+    ``lies`` names the axes of the box along those of the frame: a tilt tray may have tipped it.
+    """
     belt = layout.conveyor
-    return Pose((0.0, belt.front_y + size_mm[1] / 2000, belt.top_z + size_mm[2] / 2000))
+    _, depth, height = oriented_size(size_mm, lies)
+    centre = (0.0, belt.front_y + depth / 2000, belt.top_z + height / 2000)
+    return Pose(centre, QUATERNIONS[lies])
 
 
 def lifting_limit(layout: Layout) -> float:

@@ -1,7 +1,8 @@
-"""By which face a box is taken: its top, or the front that it turns to the arm on the belt.
+"""By which face a box is taken: the one that is up at the pick point, or the front.
 
-Taken by the front with the tool level and turned down, what was the front comes up. The pad's other
-ways to a box on the belt are barred: beside the belt stand bins A and B. Frame `cell`, metres.
+A tilt tray may have tipped the box, so that another face than its top is up there. Taken by the
+front with the tool level and turned down, what was the front comes up. The pad's other ways to a
+box on the belt are barred: beside the belt stand bins A and B. Frame `cell`, metres.
 """
 
 from __future__ import annotations
@@ -15,17 +16,61 @@ from pack_msgs_py.geometry.pose import (
     STRAIGHT,
     Pose,
     Quaternion,
+    conjugate,
     quaternion_product,
+    rotated,
     stands_upright,
+    upright_axis,
     yaw_of,
 )
-from pack_msgs_py.orientation import front_refusal
+from pack_msgs_py.orientation import QUATERNIONS, TIPPED, front_refusal, oriented_size
 from pack_msgs_py.values import Vec3
 
 #: Turns the box so that its front (-y) comes up, and back.
 _H = math.sqrt(0.5)
 _FRONT_UP: Quaternion = (-_H, 0.0, 0.0, _H)
 _BACK: Quaternion = (_H, 0.0, 0.0, _H)
+
+
+def as_lying(request: PlaceRequest) -> PlaceRequest:
+    """``request`` with the axes of the box named as it lies at the pick point: z is up there.
+
+    Pick and target stay where they are; it is ``request`` itself where the box was not tipped.
+
+    Raises
+    ------
+    MotionError
+        ``NO_IK_SOLUTION`` when the box was tipped, and is to be placed with yet another axis up.
+    """
+    if stands_upright(request.pick.quaternion):
+        return request
+    box, pick, target = request.box, request.pick, request.target
+    up = 'xyz'[upright_axis(pick.quaternion)]
+    back = conjugate(QUATERNIONS[TIPPED[up]])
+    lies, stands = (quaternion_product(pose.quaternion, back) for pose in (pick, target))
+    if not stands_upright(lies) or not stands_upright(stands):
+        parts = ', '.join(f'{part:.3f}' for part in target.quaternion)
+        msg = (
+            f'box {box.id}: its {up} axis is up at the pick point, but the target quaternion '
+            f'({parts}) has another one up; a tipped box can only turn about the vertical'
+        )
+        raise MotionError(ErrorCode.NO_IK_SOLUTION, msg)
+    tip = QUATERNIONS[TIPPED[up]]
+    x, y, z = rotated(tip, box.com_offset_mm)
+    lying = replace(
+        box,
+        size_mm=oriented_size(box.size_mm, TIPPED[up]),
+        size_stddev_mm=oriented_size(box.size_stddev_mm, TIPPED[up]),
+        com_offset_mm=(round(x, 9), round(y, 9), round(z, 9)),
+    )
+    return replace(
+        request, box=lying, pick=Pose(pick.position, lies), target=Pose(target.position, stands)
+    )
+
+
+def by_front(request: PlaceRequest) -> bool:
+    """Whether another face is to be up at the target than at the pick point."""
+    return not stands_upright(as_lying(request).target.quaternion)
 
 
 def turned_down(request: PlaceRequest) -> PlaceRequest:
@@ -64,9 +109,10 @@ def as_taken(request: PlaceRequest) -> PlaceRequest:
     Raises
     ------
     MotionError
-        As :func:`turned_down`.
+        As :func:`as_lying` and :func:`turned_down`.
     """
-    return request if stands_upright(request.target.quaternion) else turned_down(request)
+    lying = as_lying(request)
+    return turned_down(lying) if by_front(lying) else lying
 
 
 def front_point(request: PlaceRequest) -> Vec3:

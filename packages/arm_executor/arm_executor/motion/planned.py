@@ -24,3 +24,8 @@ class PlannedMotion:
         """Robot time of all of it, grip and release included."""
         moving = self.approach.duration + self.carry.duration + self.retreat.duration
         return moving + GRIP_S + RELEASE_S
+
+    @property
+    def duration_after_pick(self) -> float:
+        """Robot time from the grasp on."""
+        return self.carry.duration + RELEASE_S + self.retreat.duration

@@ -21,6 +21,7 @@ from arm_executor.model.layout import Layout
 from arm_executor.model.robot_data import RobotModel
 from arm_executor.motion.collision import BOX_SKIN, PlanningWorld
 from arm_executor.motion.front import FrontPlanner
+from arm_executor.motion.grasp import as_lying
 from arm_executor.motion.path import (
     JointPath,
     Waypoint,
@@ -123,6 +124,7 @@ class MotionPlanner:
             ``START_STATE_INVALID``, with what was in the way.
         """
         begun = time.thread_time()
+        request = as_lying(request)
         self._check_load(request)
         if not stands_upright(request.target.quaternion):
             self._start(q)

@@ -10,16 +10,26 @@ from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from arm_executor.model.layout import Layout, LayoutError, Rail, Stations, Tool, check_layout
+from arm_executor.model.layout import (
+    ConveyorLayout,
+    Layout,
+    LayoutError,
+    Rail,
+    Stations,
+    Tool,
+    check_layout,
+)
 from arm_executor.model.robot_data import ROBOTS
 from arm_executor.reach.reach import check_reach
 from pack_msgs_py.values import BinSpec
 
-#: The common layout is too large for these two: bins stand nearer, the arm lower, and the mast is
-#: shorter (and lighter, for an arm that lifts 5 kg in all). They are for bins like SYN.
+#: The common layout is too large for these two: bins stand nearer, the arm stands and waits lower,
+#: and the mast is shorter (and lighter, for an arm that lifts 5 kg in all). They are for bins like
+#: SYN.
 _SMALL = Layout(
     rail=Rail(base_height=1.10),
     tool=Tool(length=0.45),
+    conveyor=ConveyorLayout(tallest_box=0.45),
     stations=Stations(near_y=0.32, near_y_open_front=0.62),
 )
 _DEFAULTS = {

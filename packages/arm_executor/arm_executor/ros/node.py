@@ -108,6 +108,7 @@ class ArmExecutor(Node):
         )
         limit = None if kind.lifting_limit is None else kind.lifting_limit(self._layout)
         settings = settings_from(parameters, limit)
+        self._orientations = settings.profile.orientations
         self._journal = Journal(parameters.state_dir, configuration(spec, settings.profile))
         destinations = destinations_from(parameters)
         self._book = BinBook(self._journal, spec, parameters.open_bins, self._now_s, destinations)
@@ -133,7 +134,15 @@ class ArmExecutor(Node):
     def _make_interfaces(self) -> None:
         self.create_subscription(BoxScan, 'box_scan', self._on_scan, qos.TOPICS['box_scan'])
         self.create_subscription(BoxScan, 'true_boxes', self._on_truth, qos.TOPICS['true_boxes'])
-        self._served = Services(self, self._core, self._book, self._layout, self._drain, self._beat)
+        self._served = Services(
+            self,
+            self._core,
+            self._book,
+            self._layout,
+            self._orientations,
+            self._drain,
+            self._beat,
+        )
         self._action = ActionServer(
             self,
             PlaceBox,

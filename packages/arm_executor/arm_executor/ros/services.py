@@ -20,6 +20,7 @@ from arm_executor.ros.messages import candidate
 from pack_msgs.msg import PlacementCheck
 from pack_msgs.srv import CheckPlacements, CutOff, SwapBin
 from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.orientation import at_pick
 from pack_msgs_py.ros import conversions
 
 
@@ -31,6 +32,7 @@ class Services:
     node : whose services they are.
     core, book : what is asked, and the bins that it keeps.
     layout : says where the pick point is, for candidates.
+    orientations : the orientation rule, which says whether boxes are tipped there.
     drain : sends at once what the core has said.
     beat : tells at once in which mode the core is.
     """
@@ -41,12 +43,14 @@ class Services:
         core: ExecutorCore,
         book: BinBook,
         layout: Layout,
+        orientations: str,
         drain: Callable[[], None],
         beat: Callable[[], None],
     ) -> None:
         self._core = core
         self._warn = node.get_logger().warning
         self._layout = layout
+        self._orientations = orientations
         self._drain = drain
         self._beat = beat
         self._cut_offs = CutOffs(lambda: book.state.bins, core.bin_in_use, core.swap)
@@ -88,7 +92,8 @@ class Services:
             decision = conversions.decision_from_ros(msg)
         except ValueError as error:
             return str(error)
-        pick = pick_pose(self._layout, decision.box.size_mm)
+        lies = at_pick(decision.orientation, self._orientations)
+        pick = pick_pose(self._layout, decision.box.size_mm, lies)
         return candidate(decision, msg.header.frame_id, pick)
 
     async def _reset(

@@ -1,5 +1,6 @@
 """The belt that brings: it turns the chosen box to the pick point, the shorter way, and stops.
 
+There a tilt tray may tip it, and tip it back before the belt moves on without it.
 Slots stand at equal pitch and all move together, either way. Motion is a function of the time
 that each call is given; nothing here waits or reads a clock. Places are whole micrometres, so
 that a slot is at the pick point exactly or not at all.
@@ -8,13 +9,17 @@ that a slot is at the pick point exactly or not at all.
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass
+import math
+from dataclasses import asdict, dataclass, replace
 
 from conveyor_sim.belt.drive import Drive, Rider
 from conveyor_sim.belt.loop import OnBelt, longest_along_m
+from conveyor_sim.belt.tilt_tray import TiltTray
 from pack_msgs_py.values import Box, Vec3
 
 _UM = 1_000_000
+#: What takes no longer than this is done, seconds.
+_MOMENT_S = 1e-9
 
 
 @dataclass(frozen=True)
@@ -22,12 +27,31 @@ class _State:
     """Where the belt is, in micrometres.
 
     ``travel_um`` is how far it still has to move, signed; ``pick_offset_um`` where it was when a
-    box was last picked.
+    box was last picked, and ``pick_turned_s`` how far the tray was turned. ``up`` is the axis that
+    is to be up of the box that is brought.
     """
 
     offset_um: int = 0
     travel_um: int = 0
     pick_offset_um: int = 0
+    pick_turned_s: float = 0.0
+    up: str = 'z'
+
+
+@dataclass(frozen=True)
+class _Stages:
+    """What is still to be done, in robot seconds, one after the other.
+
+    The tray goes back alone, the belt travels, while an empty tray goes back too, the tray tips.
+    """
+
+    back_s: float
+    travel_s: float
+    tip_s: float
+
+    @property
+    def left_s(self) -> float:
+        return self.back_s + self.travel_s + self.tip_s
 
 
 @dataclass
@@ -49,6 +73,7 @@ class IndexingBelt(Drive):
     belt_speed : m/s of robot time.
     speed : robot seconds per second of the time that calls are given; 0 moves at once.
     gap_m : free way between two of the longest boxes.
+    tilt_time_s : robot time in which a tray at the pick point tips a box; ``None`` for no tray.
     """
 
     def __init__(
@@ -59,29 +84,35 @@ class IndexingBelt(Drive):
         speed: float = 1.0,
         *,
         gap_m: float = 0.3,
+        tilt_time_s: float | None = None,
     ) -> None:
         super().__init__(longest_along_m(length_m, slots, gap_m), belt_speed, speed)
         self._length = round(length_m * _UM)
         self._phase = [index * self._length // slots for index in range(slots)]
         self._riders: list[_RiderInSlot | None] = [None] * slots
         self._state = _State()
+        self._tilt_time_s = tilt_time_s
+        self._tray = TiltTray()
         self._since_s = 0.0
         self._arrived_s = 0.0
 
     @property
     def geometry(self) -> str:
         """Equal for belts on which a state means the same."""
-        return f'{len(self._phase)} slots on {self._length / _UM:g} m'
+        tray = '' if self._tilt_time_s is None else ', tilt tray'
+        return f'{len(self._phase)} slots on {self._length / _UM:g} m{tray}'
 
     def restore(self, state: str, now_s: float) -> None:
         """Go on from ``state``; a motion that was under way starts again from there."""
-        self._state = _State(**json.loads(state)) if state else _State()
+        values = json.loads(state) if state else {}
+        self._tray = TiltTray(**values.pop('tray', {}))
+        self._state = _State(**values)
         self._since_s = self._arrived_s = now_s
 
     def state(self, now_s: float) -> str:
         """What :meth:`restore` needs, as JSON."""
         self._advance(now_s)
-        return json.dumps(asdict(self._state))
+        return json.dumps({**asdict(self._state), 'tray': asdict(self._tray)})
 
     def room_for(self, box: Box, now_s: float) -> int | None:
         """The empty slot nearest to the pick point."""
@@ -117,28 +148,36 @@ class IndexingBelt(Drive):
         self._advance(now_s)
         rider = self._riders[slot]
         self._riders[slot] = None
+        on_tray = self._place(slot) == 0
         if picked:
-            at_pick = -self._phase[slot] % self._length
-            state = self._state
-            self._state = _State(state.offset_um, state.travel_um, at_pick)
+            self._state = replace(
+                self._state,
+                pick_offset_um=-self._phase[slot] % self._length,
+                pick_turned_s=self._tray.turned_s if on_tray else 0.0,
+            )
             for other in self._riders:
                 if other is not None:
                     other.laps += 1
+        if on_tray:
+            self._tray = replace(self._tray, loaded=False)
+            if not self._state.travel_um:
+                self._state = replace(self._state, up='z')
         return 0 if rider is None else rider.laps
 
-    def bring(self, slot: int, now_s: float) -> None:
-        """Move ``slot`` to the pick point, the shorter way round."""
+    def bring(self, slot: int, now_s: float, up: str = 'z') -> None:
+        """Move ``slot`` to the pick point, the shorter way round; then tip it, ``up`` up."""
         self._advance(now_s)
         place = self._place(slot)
         travel = -place if 2 * place <= self._length else self._length - place
-        if self._state.travel_um and not travel:
+        was_at_rest = self._at_rest
+        self._state = replace(self._state, travel_um=travel, up=self._to_be_up(up))
+        if self._at_rest and not was_at_rest:
             self._arrived_s = now_s
-        self._state = _State(self._state.offset_um, travel, self._state.pick_offset_um)
         self._advance(now_s)
 
-    def brings(self, slot: int) -> bool:
-        """Whether ``slot`` is at the pick point, or will be when the motion under way ends."""
-        return (self._place(slot) + self._state.travel_um) % self._length == 0
+    def brings(self, slot: int, up: str = 'z') -> bool:
+        """Whether ``slot`` is at the pick point so, or will be when the motion under way ends."""
+        return self._is_brought(slot) and self._state.up == self._to_be_up(up)
 
     def view(self, now_s: float) -> list[OnBelt]:
         """Every box, nearest to the pick point first."""
@@ -150,17 +189,22 @@ class IndexingBelt(Drive):
                 continue
             place = self._place(slot)
             before = (self._phase[slot] + self._state.pick_offset_um) % self._length
-            held = place == 0 and self._state.travel_um == 0
+            held = place == 0 and self._at_rest
+            on_tray = place == 0 and self._tray.loaded and self._tray.turned_s > 0
+            way_s = self._distance(before) / _UM / self._belt_speed
             boxes.append(
                 OnBelt(
                     box=rider.box,
                     slot=slot,
                     s_m=place / _UM,
                     distance_m=self._distance(place) / _UM,
-                    travel_time_s=self._distance(before) / _UM / self._belt_speed,
+                    travel_time_s=max(way_s, self._state.pick_turned_s),
                     laps=rider.laps,
                     held=held,
                     opens_s=max(self._arrived_s, rider.since_s) if held else None,
+                    up=self._tray.axis if on_tray else 'z',
+                    tipped=self._tray.turned_s / self._full_s if on_tray else 0.0,
+                    to_be_up=self._state.up if self._is_brought(slot) else 'z',
                 )
             )
         return boxes
@@ -172,24 +216,49 @@ class IndexingBelt(Drive):
     def next_change_s(self, now_s: float) -> float | None:
         """When the motion under way ends; ``None`` at rest and while paused."""
         self._advance(now_s)
-        if not self._state.travel_um or self._paused:
+        if self._at_rest or self._paused:
             return None
-        return self._since_s + abs(self._state.travel_um) / self._rate()
+        return self._since_s + self._stages().left_s / self._speed
 
     def velocity(self, now_s: float) -> Vec3:
         """Velocity of the top strand in the cell frame, metres per second of the given time."""
-        if not self.moves(now_s):
+        if not self.moves(now_s) or not self._state.travel_um or self._stages().back_s:
             return (0.0, 0.0, 0.0)
-        speed = self._rate() / _UM
+        speed = self._belt_speed * self._speed
         return (0.0, speed if self._state.travel_um > 0 else -speed, 0.0)
 
     def missed(self) -> list[str]:
         """None: a box is held until it is picked."""
         return []
 
-    def _rate(self) -> float:
-        """Micrometres per second of the given time."""
-        return self._belt_speed * self._speed * _UM
+    @property
+    def _full_s(self) -> float:
+        """Robot time of a whole tip."""
+        return self._tilt_time_s or 0.0
+
+    @property
+    def _at_rest(self) -> bool:
+        """Whether belt and tray are where they are to be."""
+        return self._stages().left_s == 0
+
+    def _is_brought(self, slot: int) -> bool:
+        """Whether ``slot`` is at the pick point when the belt has moved."""
+        return (self._place(slot) + self._state.travel_um) % self._length == 0
+
+    def _to_be_up(self, up: str) -> str:
+        """What of ``up`` this belt can do."""
+        return 'z' if self._tilt_time_s is None else up
+
+    def _stages(self) -> _Stages:
+        tray, state = self._tray, self._state
+        travel_s = abs(state.travel_um) / _UM / self._belt_speed
+        goes_on = tray.loaded and not state.travel_um and tray.axis in ('z', state.up)
+        back_s = 0.0 if goes_on else tray.turned_s
+        if not tray.loaded:
+            back_s = max(0.0, back_s - travel_s)
+        done_s = tray.turned_s if goes_on else 0.0
+        tip_s = 0.0 if state.up == 'z' else self._full_s - done_s
+        return _Stages(back_s, travel_s, tip_s)
 
     def _place(self, slot: int) -> int:
         return (self._phase[slot] + self._state.offset_um) % self._length
@@ -202,16 +271,33 @@ class IndexingBelt(Drive):
         return (self._distance(place), place)
 
     def _advance(self, now_s: float) -> None:
-        """Bring offset and travel up to ``now_s``."""
-        travel = self._state.travel_um
-        elapsed = max(0.0, now_s - self._since_s)
+        """Bring offset, travel and tray up to ``now_s``."""
+        elapsed_s = max(0.0, now_s - self._since_s)
         start_s, self._since_s = self._since_s, max(now_s, self._since_s)
-        if not travel or self._paused:
+        stages = self._stages()
+        if self._paused or not stages.left_s:
             return
-        way = abs(travel) if self._speed == 0 else min(abs(travel), int(self._rate() * elapsed))
+        left_s = math.inf if self._speed == 0 else elapsed_s * self._speed
+        ends = left_s >= stages.left_s - _MOMENT_S
+        left_s = math.inf if ends else left_s
+        step_s = min(left_s, stages.back_s)
+        self._tray, left_s = self._tray.back(step_s), left_s - step_s
+        if left_s > 0 and stages.travel_s:
+            step_s = min(left_s, stages.travel_s)
+            self._travel(step_s, whole=step_s == stages.travel_s)
+            left_s -= step_s
+        if left_s > 0 and not self._state.travel_um:
+            there = any(self._place(n) == 0 for n, rider in enumerate(self._riders) if rider)
+            self._tray = replace(self._tray, loaded=there)
+            self._tray = self._tray.tipped(self._state.up, left_s, self._full_s)
+        if ends:
+            self._arrived_s = now_s if self._speed == 0 else start_s + stages.left_s / self._speed
+
+    def _travel(self, seconds: float, *, whole: bool) -> None:
+        """Move the belt for so much robot time, the tray goes back meanwhile if it has to."""
+        travel = self._state.travel_um
+        way = abs(travel) if whole else min(abs(travel), int(self._belt_speed * _UM * seconds))
         step = way if travel > 0 else -way
         offset = (self._state.offset_um + step) % self._length
-        self._state = _State(offset, travel - step, self._state.pick_offset_um)
-        if step == travel:
-            at_once = self._speed == 0
-            self._arrived_s = now_s if at_once else start_s + abs(travel) / self._rate()
+        self._state = replace(self._state, offset_um=offset, travel_um=travel - step)
+        self._tray = self._tray.back(math.inf if whole else seconds)

@@ -37,7 +37,9 @@ class OnBelt:
 
     ``held``: it is at the pick point and stays there. ``opens_s`` says since when, or when it is
     expected there; ``closes_s`` until when it is held, ``None`` for until it is picked.
-    ``travel_time_s`` is robot time since the last pick until it is there.
+    ``travel_time_s`` is robot time since the last pick until it is there. On a tilt tray it is
+    tipped by ``tipped`` of the way to bring its axis ``up`` up; ``to_be_up`` is the one that will
+    be, once it is there.
     """
 
     box: Box
@@ -49,6 +51,9 @@ class OnBelt:
     held: bool = False
     opens_s: float | None = None
     closes_s: float | None = None
+    up: str = 'z'
+    tipped: float = 0.0
+    to_be_up: str = 'z'
 
 
 class Belt(Protocol):
@@ -99,11 +104,11 @@ class Belt(Protocol):
     def take(self, slot: int, now_s: float, *, picked: bool) -> int:
         """Empty a slot and return the laps of the box that was in it."""
 
-    def bring(self, slot: int, now_s: float) -> None:
-        """Have this box at the pick point next."""
+    def bring(self, slot: int, now_s: float, up: str = 'z') -> None:
+        """Have this box at the pick point next, its axis ``up`` up if there is a tilt tray."""
 
-    def brings(self, slot: int) -> bool:
-        """Whether this box is at the pick point, or the next that is to be there."""
+    def brings(self, slot: int, up: str = 'z') -> bool:
+        """Whether this box is so at the pick point, or the next that is to be there so."""
 
     def view(self, now_s: float) -> list[OnBelt]:
         """Every box, nearest to the pick point first."""

@@ -178,8 +178,8 @@ class RunningBelt(Drive):
             self._picked_s = self._run_s
         return 0 if rider is None else rider.laps
 
-    def bring(self, slot: int, now_s: float) -> None:
-        """Raise the blade for this box; whichever other one it holds rides on."""
+    def bring(self, slot: int, now_s: float, up: str = 'z') -> None:
+        """Raise the blade for this box; whichever other one it holds rides on. It is not tipped."""
         self._advance(now_s)
         if self._wanted == slot:
             return
@@ -187,7 +187,7 @@ class RunningBelt(Drive):
         self._wanted = slot
         self._run_until_held(now_s)
 
-    def brings(self, slot: int) -> bool:
+    def brings(self, slot: int, up: str = 'z') -> bool:
         """Whether the blade is, or will be, raised for this box."""
         return self._wanted == slot
 

@@ -38,22 +38,32 @@ class BoxMoves:
         self._book = book
         self._clock = clock
         self._chosen = ''
+        #: Axes that are to be up, of boxes that were chosen.
+        self._ups: dict[str, str] = {}
 
-    def choose(self, record: BoxRecord, now_s: float) -> bool:
-        """The planner chose this box: bring it; ``False`` when it does not ride."""
+    def choose(self, record: BoxRecord, up: str, now_s: float) -> bool:
+        """The planner chose this box: bring it, ``up`` up; ``False`` when it does not ride."""
         if record.place is not Whereabouts.ON_BELT or record.slot is None:
             return False
         self._chosen = record.box_id
-        self._belt.bring(record.slot, now_s)
+        self._ups[record.box_id] = up
+        self._belt.bring(record.slot, now_s, up)
         return True
 
-    def handle(self, box_id: str) -> BoxRecord | None:
-        """The arm works on this box, which is returned when it must still be brought."""
+    def handle(self, box_id: str, now_s: float) -> bool:
+        """The arm works on this box: whether it must still be brought, as it was chosen last."""
         self.handled = box_id
         record = self._book.record(box_id)
         if record is None or record.slot is None or record.place is not Whereabouts.ON_BELT:
-            return None
-        return None if self._belt.brings(record.slot) else record
+            return False
+        up = self._ups.get(box_id)
+        if up is None:
+            # Whoever chose it spoke to the conveyor before this one.
+            up = next((u for u in 'zyx' if self._belt.brings(record.slot, u)), 'z')
+        if self._belt.brings(record.slot, up):
+            return False
+        self._belt.bring(record.slot, now_s, up)
+        return True
 
     def is_spoken_for(self, box_id: str) -> bool:
         """Whether the arm has, or is about to get, a goal for this box."""
@@ -69,6 +79,7 @@ class BoxMoves:
             held = any(item.held for item in self._belt.view(now_s) if item.slot == record.slot)
             self.statistics.picks += 1
             self.statistics.late_picks += not held and self._clock.speed > 0
+        self._ups.pop(record.box_id, None)
         laps = self._belt.take(record.slot, now_s, picked=picked)
         if record.fed_s is not None:
             self.statistics.waited(record.box_id, self._clock.at(now_s) - record.fed_s, laps)

@@ -134,18 +134,16 @@ class Conveyor:
                 text = decision.reason or 'rejected by the planner'
                 self._moves.reject(record, decision.reject_reason, text, now_s, stamp_s)
             return self._finish(now_s, stamp_s)
-        if self._moves.choose(record, now_s):
+        if self._moves.choose(record, decision.orientation[2], now_s):
             return self._finish(now_s, stamp_s, moved=True)
         return ConveyorNews()
 
     def on_handled(self, box_id: str, now_s: float, stamp_s: float) -> ConveyorNews:
-        """The arm works on this box: bring it, whatever became of the decision that chose it."""
-        record = self._moves.handle(box_id)
-        if record is None or record.slot is None:
-            return ConveyorNews()
+        """The arm works on this box: bring it, though another decision came after its own."""
         self._advance(now_s)
+        if not self._moves.handle(box_id, now_s):
+            return ConveyorNews()
         self._book.note(f'{box_id}: the arm waits for it')
-        self._belt.bring(record.slot, now_s)
         return self._finish(now_s, stamp_s, moved=True)
 
     def on_event(self, event: BoxEvent, now_s: float, stamp_s: float) -> ConveyorNews:

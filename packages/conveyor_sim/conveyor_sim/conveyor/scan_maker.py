@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from conveyor_sim.belt.loop import Belt, OnBelt, loop_pose
+from conveyor_sim.belt.tilt_tray import pose_on_tray
 from conveyor_sim.induct.box_book import BoxBook
 from conveyor_sim.ledger.ledger import Ledger
 from pack_msgs_py.cell_values import Scan, ScannedBox
@@ -39,12 +40,13 @@ class ScanMaker:
 
     def true_boxes(self, now_s: float) -> tuple[ScannedBox, ...]:
         """The boxes on the belt as they are, each where it is once it stands at the pick point."""
-        records = (self._book.record(item.box.id) for item in self._belt.view(now_s))
-        return tuple(
-            ScannedBox(self._book.true_box(record), self._book.true_pose(record, self._length_m))
-            for record in records
-            if record is not None
-        )
+        boxes = []
+        for item in self._belt.view(now_s):
+            record = self._book.record(item.box.id)
+            if record is not None:
+                pose = self._book.true_pose(record, item.to_be_up)
+                boxes.append(ScannedBox(self._book.true_box(record), pose))
+        return tuple(boxes)
 
     def _scanned(self, item: OnBelt, now_s: float, stamp_s: float) -> ScannedBox:
         opens_s = closes_s = None
@@ -53,9 +55,13 @@ class ScanMaker:
             if item.closes_s is not None:
                 closes_s = opens_s + (item.closes_s - item.opens_s)
         seen = self._book.seen(item.box.id)
+        if item.tipped:
+            pose = pose_on_tray(seen.size_mm, item.up, item.tipped)
+        else:
+            pose = loop_pose(item.s_m, self._length_m, seen.size_mm)
         return ScannedBox(
             box=seen,
-            pose=loop_pose(item.s_m, self._length_m, seen.size_mm),
+            pose=pose,
             pick_open_s=opens_s,
             pick_close_s=closes_s,
             travel_time_s=item.travel_time_s,

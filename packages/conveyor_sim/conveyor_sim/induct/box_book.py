@@ -93,10 +93,10 @@ class BoxBook:
         record = self._records[box_id]
         return self._inspection.seen(self.box(record), record.ordinal, record.scans)
 
-    def true_pose(self, record: BoxRecord, length_m: float) -> Pose:
-        """Where its centre really is once it stands at the pick point, frame `cell`."""
+    def true_pose(self, record: BoxRecord, up: str) -> Pose:
+        """Where its centre really is once it is at the pick point, axis ``up`` up; frame `cell`."""
         true = self.true_box(record)
-        return self._inspection.true_pose(true, record.ordinal, record.scans, length_m)
+        return self._inspection.true_pose(true, record.ordinal, record.scans, up)
 
     def falls(self, record: BoxRecord) -> bool:
         """Whether this box falls off the belt."""

@@ -8,14 +8,13 @@ with the next one.
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
-from conveyor_sim.belt.loop import loop_pose
+from conveyor_sim.belt.tilt_tray import pose_on_tray
 from conveyor_sim.scanning.fault import SOUND, Fault
 from conveyor_sim.scanning.fault_plan import FaultPlan
 from conveyor_sim.scanning.scanner import Scanner
-from pack_msgs_py.geometry.pose import Pose
+from pack_msgs_py.geometry.pose import Pose, about_z, quaternion_product
 from pack_msgs_py.values import Box
 
 #: The checkweigher of the induct stops what is heavier, whatever arm stands behind it, kg.
@@ -70,12 +69,16 @@ class Inspection:
         misread = fault.misread(body, self._faults.rng(ordinal, 'misread'))
         return self._scanner.measure(misread, ordinal, scans)
 
-    def true_pose(self, body: Box, ordinal: int, scans: int, length_m: float) -> Pose:
-        """Where the centre really is once the box stands at the pick point, frame `cell`."""
-        x, y, z = loop_pose(0.0, length_m, body.size_mm).position
+    def true_pose(self, body: Box, ordinal: int, scans: int, up: str) -> Pose:
+        """Where the centre really is once the box is at the pick point, axis ``up`` up.
+
+        In frame `cell`.
+        """
+        lies = pose_on_tray(body.size_mm, up, 1.0)
+        x, y, z = lies.position
         x += self._fault(ordinal, scans).slip_m(self._faults.rng(ordinal, 'slip'))
-        half = self._scanner.yaw_rad(ordinal, scans) / 2
-        return Pose((x, y, z), (0.0, 0.0, math.sin(half), math.cos(half)))
+        yaw = about_z(self._scanner.yaw_rad(ordinal, scans))
+        return Pose((x, y, z), quaternion_product(yaw, lies.quaternion))
 
     def _fault(self, ordinal: int, scans: int = 1) -> Fault:
         """What is wrong with a box that was scanned ``scans`` times."""

@@ -34,6 +34,7 @@ from pack_cell.options.parsers import (
     whole,
 )
 from pack_cell.options.planner_values import algorithm_name, planner_value, tuned_file
+from pack_msgs_py.orientation import TILT_TIME_S, UPRIGHT_OR_TIPPED
 from pack_msgs_py.parameter_fields import Value
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import BIN_KINDS, BinSpec
@@ -42,7 +43,7 @@ from pack_planner.algorithms import BUILT_IN
 #: Error of the scanner by profile: what one can buy, and none, as in the paper.
 SCAN_SIGMA_MM = {'cell': 2.0, 'dense': 2.0, 'paper': 0.0}
 #: Orientation rule of planner and executor by the faces that the arm takes boxes by.
-GRASP_FACES = {'top': 'upright', 'any': 'upright_or_front_up'}
+GRASP_FACES = {'top': 'upright', 'any': 'upright_or_front_up', 'tray': UPRIGHT_OR_TIPPED}
 #: What else is off when the sizes are, in kilograms and degrees.
 SCAN_SIGMA_KG, SCAN_SIGMA_DEG = 0.02, 0.3
 
@@ -310,10 +311,22 @@ class RunOptions:
             lambda: {
                 'top': 'boxes stay upright',
                 'any': 'they may also be taken by the front, which comes up',
+                'tray': 'a tilt tray at the pick point brings front or left end up',
             }
         ),
+        see='cell_layout.md#the-tilt-tray',
         parameters=('planner.orientations', 'arm_executor.orientations'),
         as_parameter=GRASP_FACES.__getitem__,
+    )
+    tilt_time_s: float = option(
+        f'{TILT_TIME_S}',
+        'robot time in which that tray tips a box, or goes back',
+        _ACT,
+        name='tilt_time',
+        read=NumberRange(0.1, 60, 's'),
+        metavar='S',
+        see='cell_layout.md#the-tilt-tray',
+        parameters=('conveyor.tilt_time', 'arm_executor.tilt_time'),
     )
     deadline_s: float = option(
         '5.5',

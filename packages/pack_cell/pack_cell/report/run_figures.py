@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pack_cell.report.arm_answers import AskedPlacements
 from pack_msgs_py.cell_values import Decision, Report
 from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.geometry.pose import stands_upright
 
 
 def _numbers() -> array[float]:
@@ -20,7 +21,8 @@ class RunFigures:
     """Eight numbers a box at most, so that a long run takes no more memory than a short one.
 
     ``goals`` counts every goal that has ended by its code. Times are of goals that ended with the
-    box in its bin; ``robot_s`` is robot time of all goals, waiting for the belt included.
+    box in its bin, ``tray_s`` of those of them with another face up than on the belt; ``robot_s``
+    is robot time of all goals, waiting for the belt included.
     """
 
     planning_s: array[float] = field(default_factory=_numbers)
@@ -28,6 +30,7 @@ class RunFigures:
     arm_planning_s: array[float] = field(default_factory=_numbers)
     motion_s: array[float] = field(default_factory=_numbers)
     wait_s: array[float] = field(default_factory=_numbers)
+    tray_s: array[float] = field(default_factory=_numbers)
     slack_s: array[float] = field(default_factory=_numbers)
     errors_mm: array[float] = field(default_factory=_numbers)
     goals: Counter[ErrorCode] = field(default_factory=Counter)
@@ -55,6 +58,8 @@ class RunFigures:
         self.motion_s.append(report.motion_s)
         self.wait_s.append(report.wait_s)
         self.slack_s.append(report.slack_s)
+        if not stands_upright(report.commanded.quaternion):
+            self.tray_s.append(max(0.0, report.cycle_s - report.planning_s - report.motion_s))
         self.others_moved_mm = max(self.others_moved_mm or 0.0, 1e3 * report.others_moved_m)
         if report.measured is not None:
             self.errors_mm.append(1e3 * report.position_error_m)

@@ -195,6 +195,17 @@ FIGURES: tuple[SummaryFigure, ...] = (
         lambda run: run.record.figures.wait_s,
         '  waiting for belt',
     ),
+    SummaryFigure(
+        'turned_over',
+        'placed boxes with another face up than on the belt',
+        lambda run: len(run.record.figures.tray_s),
+    ),
+    times(
+        'tray_s',
+        'waiting of the arm for the tilt tray with these, robot seconds; part of `cycle_time_s`',
+        lambda run: run.record.figures.tray_s,
+        '  waiting for tray',
+    ),
     times(
         'ros_overhead_s',
         'from the news that a decision follows to the decision, less planning and asking',

@@ -9,12 +9,11 @@ from arm_executor.arms.registry import find_arm
 from arm_executor.reach.layout_file import find_layout, layout_for
 from conveyor_sim.streams import destination_names
 from pack_cell.options.declaration import declared_options
-from pack_cell.options.run_options import GRASP_FACES, SCAN_SIGMA_DEG, SCAN_SIGMA_KG, RunOptions
-from pack_msgs_py.profiles import adapted, find_profile
+from pack_cell.options.run_options import SCAN_SIGMA_DEG, SCAN_SIGMA_KG, RunOptions
+from pack_msgs_py.orientation import TRAY_HEIGHT_MM
 from pack_msgs_py.values import STATIONS
 from pack_planner.algorithms import find_algorithm
 from pack_planner.algorithms.tuned_tables import check_table, read_table
-from pack_planner.algorithms.tuned_weights import unlike
 from pack_planner.parameters import PlannerParameters
 
 
@@ -28,22 +27,25 @@ def check_cell(options: RunOptions) -> None:
         algorithm.
     """
     bins = dict.fromkeys(STATIONS[: options.open_bins], options.bin_spec)
+    if options.grasp_faces == 'tray' and options.belt_mode == 'continuous':
+        msg = (
+            '--grasp-faces tray needs --belt-mode stop_at_pick: on a belt that runs all the time '
+            'boxes pass the pick point, and no tray stands there'
+        )
+        raise ValueError(msg)
     path = str(options.layout) if options.layout else ''
-    layout_for(path, options.robot, bins, must_reach=find_arm(options.arm).moves_robot)
+    layout = layout_for(path, options.robot, bins, must_reach=find_arm(options.arm).moves_robot)
+    room_mm = 1000 * layout.conveyor.tallest_box
+    if options.grasp_faces == 'tray' and room_mm < TRAY_HEIGHT_MM:
+        msg = (
+            f'--grasp-faces tray needs {TRAY_HEIGHT_MM:g} mm above the belt for tipped boxes, but '
+            f'{layout.robot} waits above conveyor.tallest_box of {room_mm:g} mm: take '
+            '--grasp-faces top, or another layout or robot'
+        )
+        raise ValueError(msg)
     if options.tuned is not None:
         algorithm = find_algorithm(options.algorithm)
         check_table(read_table(str(options.tuned)), algorithm.name, algorithm.weights)
-
-
-def tuned_note(options: RunOptions) -> str:
-    """What the tuned weights were made for, where that is not this run; else empty."""
-    if options.tuned is None:
-        return ''
-    profile = adapted(find_profile(options.profile), orientations=GRASP_FACES[options.grasp_faces])
-    name = find_algorithm(options.algorithm).name
-    entry = read_table(str(options.tuned)).nearest(name, options.bin_spec, profile)
-    told = '' if entry is None else unlike(entry, options.bin_spec, profile)
-    return f'{options.tuned} was {told}' if told else ''
 
 
 def node_parameters(folder: Path, options: RunOptions) -> dict[str, dict[str, Any]]:
@@ -53,6 +55,7 @@ def node_parameters(folder: Path, options: RunOptions) -> dict[str, dict[str, An
         'conveyor': {
             'weight_sigma': SCAN_SIGMA_KG if options.scan_sigma_mm else 0.0,
             'yaw_sigma': SCAN_SIGMA_DEG if options.scan_sigma_mm else 0.0,
+            'tilt_tray': options.grasp_faces == 'tray',
             'state_dir': state,
         },
         'planner': {

@@ -64,6 +64,22 @@ def conjugate(quaternion: Quaternion) -> Quaternion:
     return (-x, -y, -z, w)
 
 
+def partial_turn(quaternion: Quaternion, share: float) -> Quaternion:
+    """The first ``share``, 0 to 1, of a turn by less than half a turn."""
+    x, y, z, w = quaternion
+    sine, half = math.hypot(x, y, z), math.atan2(math.hypot(x, y, z), w)
+    if share == 1.0 or sine == 0.0:
+        return quaternion
+    scale = math.sin(share * half) / sine
+    return (scale * x, scale * y, scale * z, math.cos(share * half))
+
+
+def upright_axis(quaternion: Quaternion) -> int:
+    """Which of the box's own axes, 0 to 2, is nearest to the vertical."""
+    upwards = [abs(part) for part in rotation_matrix(quaternion)[2]]
+    return upwards.index(max(upwards))
+
+
 def rotation_matrix(quaternion: Quaternion) -> Matrix3:
     """Rows of the rotation matrix of a unit quaternion."""
     x, y, z, w = quaternion
@@ -115,10 +131,19 @@ def turn_between(first: Pose, second: Pose) -> float:
     return 2 * math.acos(min(1.0, dot))
 
 
+#: Half a turn about each of the axes.
+_HALF_TURNS: tuple[Quaternion, ...] = (
+    (1.0, 0.0, 0.0, 0.0),
+    (0.0, 1.0, 0.0, 0.0),
+    (0.0, 0.0, 1.0, 0.0),
+)
+
+
 def folded(pose: Pose, near: Pose) -> Pose:
-    """``pose`` or the same turned by half a turn about the box's own z, whichever is nearer.
+    """``pose`` or the same turned by half a turn about the axis that is up, whichever is nearer.
 
     A box turned so fills the same space, and the arm may place it either way round.
     """
-    half_turned = Pose(pose.position, quaternion_product(pose.quaternion, (0.0, 0.0, 1.0, 0.0)))
+    half_turn = _HALF_TURNS[upright_axis(pose.quaternion)]
+    half_turned = Pose(pose.position, quaternion_product(pose.quaternion, half_turn))
     return min((pose, half_turned), key=lambda candidate: turn_between(candidate, near))

@@ -156,5 +156,6 @@ def learn(
     for candidate, answer in zip(candidates, answers, strict=True):
         refusal = refusal_of(answer, deadline_s - MARGIN_S)
         if refusal is not ErrorCode.NONE:
-            too_slow = refusal is ErrorCode.DEADLINE_UNREACHABLE
+            # How long the tray keeps the arm waiting is another matter for the next box.
+            too_slow = refusal is ErrorCode.DEADLINE_UNREACHABLE and candidate.is_upright
             refusals.learn(by_id[candidate.bin_id], candidate, refusal, lasting=too_slow)

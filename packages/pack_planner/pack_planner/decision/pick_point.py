@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pack_msgs_py.geometry.pose import Pose
+from pack_msgs_py.orientation import QUATERNIONS, oriented_size
 from pack_msgs_py.values import Box
 
 #: Frame `cell`, metres: front face of a box at the pick point, and top of the belt.
@@ -10,11 +11,14 @@ FRONT_FACE_Y = 0.55
 BELT_Z = 0.75
 
 
-def pick_pose(box: Box) -> Pose:
-    """Centre of ``box`` at the pick point, frame `cell`; it lies with its axes along the frame's.
+def pick_pose(box: Box, lies: str = 'xyz') -> Pose:
+    """Centre of ``box`` at the pick point, frame `cell`.
+
+    ``lies`` names the axes of the box along those of the frame: a tilt tray may have tipped it.
 
     >>> pick_pose(Box('a', (300.0, 200.0, 100.0))).position
     (0.0, 0.65, 0.8)
     """
-    _, width, height = box.size_mm
-    return Pose((0.0, FRONT_FACE_Y + width / 2000, BELT_Z + height / 2000))
+    _, depth, height = oriented_size(box.size_mm, lies)
+    centre = (0.0, FRONT_FACE_Y + depth / 2000, BELT_Z + height / 2000)
+    return Pose(centre, QUATERNIONS[lies])

@@ -53,6 +53,7 @@ from pack_msgs.srv import SwapBin
 from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.closing import ClosingReason
 from pack_msgs_py.codes import Mode
+from pack_msgs_py.orientation import at_pick
 from pack_msgs_py.parameter_fields import check_value, parameter_fields
 from pack_msgs_py.ros import qos
 from pack_msgs_py.ros.conversions import (
@@ -291,7 +292,9 @@ class PlannerNode(Node):
         goal = PlaceBox.Goal(placement=decision_to_ros(decision, frame_name(target.station)))
         goal.pick_pose.header.frame_id = 'cell'
         goal.pick_pose.header.stamp = self.get_clock().now().to_msg()
-        goal.pick_pose.pose = pose_to_ros(pick_pose(decision.box))
+        rule = settings(self.parameters).profile.orientations
+        lies = at_pick(decision.orientation, rule)
+        goal.pick_pose.pose = pose_to_ros(pick_pose(decision.box, lies))
         goal.deadline = time_to_ros(self._now_s() + self.parameters.deadline_s - unhidden_s)
         if not self._action.server_is_ready():
             self.get_logger().warning('place_box has no server yet', throttle_duration_sec=5.0)

@@ -21,7 +21,7 @@ from arm_executor.arms.physics.standing_bins import SETTLE_TIMEOUT_S, StandingBi
 from arm_executor.arms.physics.world import STEP_S, PhysicsWorld
 from arm_executor.arms.true_boxes import Truth, mismatch
 from arm_executor.model.arm_interface import MotionHooks, MotionPlan, MotionResult
-from arm_executor.motion.grasp import as_taken
+from arm_executor.motion.grasp import as_taken, by_front
 from arm_executor.motion.path import JointPath
 from arm_executor.motion.planned import PlannedMotion
 from arm_executor.motion.stances import GRIP_S, RELEASE_S
@@ -134,11 +134,11 @@ class PhysicsExecution:
     def _grasp(self, run: MotionRun, motion: PlannedMotion) -> None:
         """Take the box; :class:`Interrupted` when it cannot be held, or is not what was scanned."""
         request = run.plan.request
-        box, taken = request.box, as_taken(request)
-        size, tilts = metres(taken.box.size_mm), taken is not request
+        box, taken, tilts = request.box, as_taken(request), by_front(request)
+        size = metres(taken.box.size_mm)
         run.enter(Phase.GRASPING)
         self._driver.rest(run, GRIP_S)
-        if not self._gripper.attach(box.id, size if tilts else None):
+        if not self._gripper.attach(box.id):
             gap, face = 1000 * self._gripper.gap(box.id), 'front' if tilts else 'top'
             msg = f'box {box.id}: no vacuum builds up, the pad is {gap:.1f} mm from its {face}'
             raise Interrupted(ErrorCode.GRASP_FAILED, msg)
@@ -155,7 +155,7 @@ class PhysicsExecution:
         """Whether a box that came off the pad did so on what is under its place."""
         request = run.plan.request
         pose = target.frame.from_cell(self._world.pose(request.box.id))
-        size = metres(as_taken(request).box.size_mm)
+        size = metres(request.box.size_mm)
         away = corner_distance(folded(pose, request.target), request.target, size)
         return end.code is ErrorCode.BOX_LOST and away < _LANDED
 

@@ -16,7 +16,7 @@ import pybullet
 from arm_executor.arms.physics.world import PhysicsWorld
 from arm_executor.model.layout import Tool
 from arm_executor.model.suction import Pad, PadLoad, overload, pad_on
-from pack_msgs_py.geometry.pose import Pose
+from pack_msgs_py.geometry.pose import Pose, upright_axis
 from pack_msgs_py.values import Vec3
 
 #: The bellows give way, and reach out, by this much until their lip seals, metres.
@@ -64,11 +64,8 @@ class SuctionGripper:
         self._yield_to(None)
         self._yield_to(box_id)
 
-    def attach(self, box_id: str, face: Vec3 | None = None) -> bool:
-        """Take hold of ``box_id``; ``False`` when the bellows do not seal on it.
-
-        ``face`` is the box's size as seen along the tool, of its top without.
-        """
+    def attach(self, box_id: str) -> bool:
+        """Take hold of ``box_id``; ``False`` when the bellows do not seal on it."""
         world = self._world
         if abs(self.gap(box_id)) > STROKE:
             return False
@@ -96,12 +93,19 @@ class SuctionGripper:
         )
         pybullet.changeConstraint(self._constraint, maxForce=_STIFF_N, physicsClientId=world.client)
         self._filter(body, collide=False)
-        self._pad = pad_on(self._tool, face or world.boxes[box_id].size)
         self._borne.clear()
         self.lost_because = ''
         self.box_id = box_id
         self._grasp = self._relative(box_id)
+        self._pad = pad_on(self._tool, self._along_tool(box_id, self._grasp))
         return True
+
+    def _along_tool(self, box_id: str, grasp: Pose) -> Vec3:
+        """Size of a box by the axes of the tool, its depth below the pad last."""
+        depth = upright_axis(grasp.quaternion)
+        size = self._world.boxes[box_id].size
+        across = [edge for axis, edge in enumerate(size) if axis != depth]
+        return (across[0], across[1], size[depth])
 
     def slipped(self) -> float:
         """How far the held box moved under the pad since it was taken, metres."""

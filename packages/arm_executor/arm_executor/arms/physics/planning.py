@@ -18,6 +18,8 @@ from arm_executor.arms.physics.world import STEP_S
 from arm_executor.model.arm_interface import MotionError, MotionPlan, MotionUnderWay, PlaceRequest
 from arm_executor.model.layout import Tool
 from arm_executor.model.suction import check_grip
+from arm_executor.motion.grasp import as_lying
+from arm_executor.motion.planned import PlannedMotion
 from arm_executor.motion.planner import MotionPlanner
 from arm_executor.motion.timing import Load, Trajectory
 from pack_msgs_py.codes import ErrorCode
@@ -66,10 +68,10 @@ class PhysicsPlanning:
             if self._gripper.box_id is not None:
                 msg = f'the arm still holds box {self._gripper.box_id}; return it to the belt first'
                 raise MotionError(ErrorCode.START_STATE_INVALID, msg)
-            check_grip(self._tool, request.box)
+            check_grip(self._tool, as_lying(request).box)
             site = self._bins.site(target)
             motion = self.motions.plan(request, self._driver.commanded, site)
-        return MotionPlan(request, motion.duration, time.perf_counter() - begun_s, motion)
+        return _plan(request, motion, begun_s)
 
     def plan_after(self, request: PlaceRequest, first: MotionUnderWay) -> MotionPlan:
         """Plan from where ``first`` ends, with its box in its bin; raises as :meth:`plan` does."""
@@ -79,7 +81,7 @@ class PhysicsPlanning:
             start: Array = first.plan.detail.retreat.q[-1]
             with self._bins.expecting(target, first) as site:
                 motion = self.motions.plan(request, start, site)
-        return MotionPlan(request, motion.duration, time.perf_counter() - begun_s, motion)
+        return _plan(request, motion, begun_s)
 
     def _target(self, request: PlaceRequest) -> StandingBin:
         target = self._bins.find(request.station)
@@ -92,3 +94,13 @@ class PhysicsPlanning:
         """The fastest trajectory along ``path`` (n, 7), if there is one; it is not checked."""
         with self._bins.lock:
             return self.motions.timing.trajectory(path, load, STEP_S)
+
+
+def _plan(request: PlaceRequest, motion: PlannedMotion, begun_s: float) -> MotionPlan:
+    return MotionPlan(
+        request,
+        motion.duration,
+        time.perf_counter() - begun_s,
+        motion,
+        after_pick_s=motion.duration_after_pick,
+    )
