@@ -6,6 +6,7 @@ from dataclasses import replace
 from pack_cell.options.run_options import parse_run_options
 from pack_cell.report.archive import Archive
 from pack_cell.report.ended_run import EndedRun, execution_profile
+from pack_cell.report.offline_packing import OfflineBins
 from pack_cell.report.record import KEPT_BINS, RunRecord
 from pack_cell.report.summary import placement_rows, summarize, summary_lines
 from pack_cell.report.summary_figures import FIGURES
@@ -195,6 +196,18 @@ def placed_box(record, name, serial):
     )
     record.on_closed(replace(OPEN, id=bin_id, serial=serial, boxes=(replace(PLACED, box=box),)))
     return report
+
+
+def test_the_summary_sets_the_bins_beside_what_the_same_boxes_need_without_a_belt():
+    run = EndedRun(finished_record(), parse_run_options([]), ['cell', 'run'], 1.0, 0.5)
+    assert 'bins needed' not in dict(summary_lines(summarize(run)))
+    told = summarize(replace(run, offline=OfflineBins(1, 2)))
+    assert (told['bins_used'], told['bins_offline']) == (1, {'least': 1, 'packed': 2})
+    assert dict(summary_lines(told))['bins needed'] == (
+        '1 used; without a belt 1 at least by volume and weight, 2 by an offline packer'
+    )
+    silent = summarize(replace(run, offline=OfflineBins(1)))
+    assert dict(summary_lines(silent))['bins needed'].endswith('1 at least by volume and weight')
 
 
 def test_a_bin_that_somebody_else_closed_has_no_reason():

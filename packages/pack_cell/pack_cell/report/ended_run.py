@@ -10,6 +10,7 @@ from typing import Any
 from pack_cell.options.run_options import GRASP_FACES, RunOptions
 from pack_cell.report.accounts import BoxAccounts, disagreements
 from pack_cell.report.archive import BinFigures
+from pack_cell.report.offline_packing import OfflineBins
 from pack_cell.report.record import RunRecord
 from pack_msgs_py.metrics import fill_metrics_of
 from pack_msgs_py.profiles import Profile, adapted, find_profile
@@ -44,6 +45,7 @@ class EndedRun:
     problems_seen : what went wrong while it ran, a line each.
     books : what the conveyor wrote down; ``None`` when there is nothing that can be read.
     memory_mb : of each process, by name.
+    offline : how many bins the placed boxes need without a belt, where somebody asked.
     """
 
     record: RunRecord
@@ -54,6 +56,7 @@ class EndedRun:
     problems_seen: Sequence[str] = ()
     books: BoxAccounts | None = None
     memory_mb: Mapping[str, Any] = field(default_factory=dict)
+    offline: OfflineBins | None = None
 
     @cached_property
     def _bins(self) -> tuple[list[BinFigures], list[BinFigures]]:

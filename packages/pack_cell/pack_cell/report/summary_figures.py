@@ -8,6 +8,7 @@ entry; what it counts while the cell runs is remembered in :mod:`pack_cell.repor
 from __future__ import annotations
 
 import platform
+from dataclasses import asdict
 from importlib import metadata
 
 from pack_cell.report.accounts import account_text, accounts, waits, waits_text
@@ -29,6 +30,16 @@ from pack_msgs_py.metrics import quantile
 
 #: Distributions whose versions a summary names.
 _DISTRIBUTIONS = ('pack_cell', 'numpy', 'pybullet', 'rclpy', 'toppra', 'pin', 'numba')
+
+
+def _bins_needed_text(summary: Summary) -> str:
+    """Bins used, the bound, and the offline packer's; empty where no box was placed."""
+    offline = summary['bins_offline']
+    if offline is None or not summary['bins_used']:
+        return ''
+    packed = '' if offline['packed'] is None else f', {offline["packed"]} by an offline packer'
+    least = f'{offline["least"]} at least by volume and weight'
+    return f'{summary["bins_used"]} used; without a belt {least}{packed}'
 
 
 def _cycles_s(run: EndedRun) -> list[float]:
@@ -147,6 +158,20 @@ FIGURES: tuple[SummaryFigure, ...] = (
         lambda run: len(run.open_bins),
         'bins',
         counted('open_bins', 'open'),
+    ),
+    SummaryFigure(
+        'bins_used',
+        'bins that hold a box',
+        lambda run: sum(bool(used.boxes) for used in run.all_bins),
+    ),
+    SummaryFigure(
+        'bins_offline',
+        'bins for the same boxes without a belt: `least`, which their volume and weight prove, and '
+        '`packed`, with which an offline packer gets along that knows all boxes and leaves out '
+        'margins, support and the arm; null where it has no answer in time',
+        lambda run: None if run.offline is None else asdict(run.offline),
+        'bins needed',
+        _bins_needed_text,
     ),
     SummaryFigure(
         'destinations',

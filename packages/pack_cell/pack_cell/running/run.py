@@ -20,6 +20,7 @@ from pack_cell.options.run_options import RunOptions
 from pack_cell.report.accounts import read_books
 from pack_cell.report.archive import Archive
 from pack_cell.report.ended_run import EndedRun, execution_profile
+from pack_cell.report.offline_packing import offline_bins
 from pack_cell.report.record import RunRecord
 from pack_cell.report.summary import is_clean, summarize, write_run
 from pack_cell.running.display import RunDisplay
@@ -27,6 +28,7 @@ from pack_cell.running.memory import MemoryWatch
 from pack_cell.running.node_commands import node_specs, write_parameters
 from pack_cell.running.ros_domain import DomainTaken, hold_domain, loopback_trouble
 from pack_cell.running.supervisor import Supervisor
+from pack_msgs_py.values import Box
 
 if TYPE_CHECKING:
     from pack_cell.ros.recorder import SteppedRecorder
@@ -119,22 +121,26 @@ def run(options: RunOptions, command: Sequence[str]) -> int:
             supervisor.stop()
             watch.close()
             lock.release()
+    wall_time_s = time.monotonic() - began
+    fed, in_bins = min(record.supplied, len(stream)), record.ids_in_bins()
+    entries = map(stream.__getitem__, range(fed))
+    placed = (box for box in entries if isinstance(box, Box) and box.id in in_bins)
     problems = [*watch.problems, *([ending.reason] if ending.reason and ending.code else [])]
     summary = summarize(
         EndedRun(
             record,
             options,
             command,
-            wall_time_s=time.monotonic() - began,
+            wall_time_s=wall_time_s,
             first_decision_s=watch.first_decision_s,
             problems_seen=problems,
             books=read_books(folder / 'state'),
             memory_mb=watch.memory.summary(),
+            offline=offline_bins(placed, options.bin_spec, rules),
         )
     )
     write_run(folder, summary, record)
-    fed = min(record.supplied, len(stream))
-    write_boxes(folder / BOXES_FILE, (stream[ordinal] for ordinal in range(fed)))
+    write_boxes(folder / BOXES_FILE, map(stream.__getitem__, range(fed)))
     display.summary(summary, folder)
     for line in ending.details:
         display.console.problem(f'  | {line}')
