@@ -96,6 +96,7 @@ def _run(arguments: argparse.Namespace, command: str) -> int:
     from pack_cell.tune.trials import TRIALS, TrialBook, tuned_entry
     from pack_planner.algorithms.tuned_tables import write_table
 
+    began = time.monotonic()
     settings = settings_of(arguments)
     space = WeightSpace(_start(arguments, settings))
     out: Path = arguments.out
@@ -110,7 +111,7 @@ def _run(arguments: argparse.Namespace, command: str) -> int:
 
         def progress(generation: Generation) -> None:
             look()
-            note(report.generation_line(generation))
+            note(report.generation_line(generation, time.monotonic() - began))
 
         try:
             found = search(settings, space, book, _limits(arguments), progress)

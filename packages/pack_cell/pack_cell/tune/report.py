@@ -11,12 +11,13 @@ from pack_cell.tune.search import Found, Generation
 from pack_cell.tune.values import TuneSettings, Weighting
 
 
-def generation_line(generation: Generation) -> str:
-    """A generation in one line."""
+def generation_line(generation: Generation, seconds: float) -> str:
+    """A generation in one line, ``seconds`` after this run began."""
     return (
-        f'generation {generation.number}, {generation.evaluations} candidates: start fills '
-        f'{generation.start_fill:.1f} %, candidates {generation.mean_gain:+.1f} on average, '
-        f'{generation.best_gain:+.1f} at best; step {generation.step:.3f}'
+        f'{seconds / 60:.1f} min, generation {generation.number}, {generation.evaluations} '
+        f'candidates: start fills {generation.start_fill:.1f} %, candidates '
+        f'{generation.mean_gain:+.1f} on average, {generation.best_gain:+.1f} at best; '
+        f'step {generation.step:.3f}'
     )
 
 
