@@ -3,12 +3,19 @@ from glob import glob
 from setuptools import find_packages, setup
 
 PACKAGE = 'pack_cell'
+_WEB = ('css', 'html', 'js')
 
 setup(
     name=PACKAGE,
     version='0.1.0',
     packages=find_packages(exclude=['test']),
-    package_data={PACKAGE: ['py.typed', 'bench/data/*.csv']},
+    package_data={
+        PACKAGE: [
+            'py.typed',
+            'bench/data/*.csv',
+            *(f'{room}/*.{kind}' for room in ('pages', 'report_page') for kind in _WEB),
+        ]
+    },
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + PACKAGE]),
         ('share/' + PACKAGE, ['package.xml']),
@@ -19,7 +26,9 @@ setup(
         'arm_executor',
         'cmaes',
         'conveyor_sim',
+        'Jinja2',
         'joblib',
+        'MarkupSafe',
         'matplotlib',
         'numpy',
         'pack_msgs_py',

@@ -1,4 +1,4 @@
-"""The command line: ``cell demo``, ``run``, ``bench``, ``tune`` and ``layout``."""
+"""The command line: ``cell demo``, ``run``, ``report``, ``bench``, ``tune``, ``layout``."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from pack_cell.layout.command import add_layout, run_layout
 from pack_cell.options.declaration import add_options
 from pack_cell.options.parsers import OneLineParser
 from pack_cell.options.run_options import RunOptions, run_options
+from pack_cell.report_page.command import add_report, run_report
 from pack_cell.running.node_parameters import check_cell
 from pack_cell.running.run import EXIT_USAGE, run
 from pack_cell.tune.options import add_tune
@@ -36,11 +37,12 @@ def build_parser() -> argparse.ArgumentParser:
         'run',
         help='run the cell on boxes and settings of your own',
         description='Run the cell: conveyor, planner and arm as ROS 2 nodes. Results go to '
-        'summary.json and placements.jsonl in the output folder. Exit code 0: every box in '
-        'exactly one place and no rule broken, or stopped by Ctrl-C; 1: not so; 2: wrong option '
-        'or file; 3: a node died; 4: the run stalled.',
+        'report.html, summary.json and placements.jsonl in the output folder. Exit code 0: every '
+        'box in exactly one place and no rule broken, or stopped by Ctrl-C; 1: not so; 2: wrong '
+        'option or file; 3: a node died; 4: the run stalled.',
     )
     add_options(runner, RunOptions)
+    add_report(verbs)
     add_bench(verbs)
     add_tune(verbs)
     add_layout(verbs)
@@ -60,6 +62,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         from pack_cell.tune.command import run_tune
 
         return run_tune(parsed, given)
+    if parsed.verb == 'report':
+        return run_report(parsed)
     if parsed.verb == 'layout':
         return run_layout(parsed)
     basis = DEMO if parsed.verb == 'demo' else {}

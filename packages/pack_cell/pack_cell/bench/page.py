@@ -5,29 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from html import escape
 
+from markupsafe import Markup
+
 from pack_cell.bench import figure, report
 from pack_cell.bench.values import JsonObject
-
-_STYLE = """
-:root { color-scheme: light; }
-body { font: 15px/1.5 system-ui, sans-serif; color: #1f2933; background: #fff;
-       max-width: 1180px; margin: 2rem auto; padding: 0 1.2rem; }
-h1 { font-size: 1.6rem; margin-bottom: .2rem; }
-h2 { font-size: 1.15rem; margin-top: 2.2rem; }
-p, li { max-width: 75ch; }
-code { background: #f1f4f7; padding: .15rem .35rem; border-radius: 4px; overflow-wrap: anywhere; }
-.scroll { overflow-x: auto; }
-table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: .87rem; }
-th, td { padding: .3rem .6rem; border-bottom: 1px solid #dde3e9; text-align: right;
-         white-space: nowrap; }
-th { background: #f1f4f7; white-space: normal; vertical-align: bottom; }
-td.text, th.text { text-align: left; }
-tr.first td { border-top: 2px solid #b8c4ce; }
-td.below { color: #a3262c; font-weight: 600; }
-figure { margin: 1rem 0; }
-figure svg { max-width: 100%; height: auto; }
-.note { color: #52606d; font-size: .9rem; }
-"""
+from pack_cell.pages.rendering import render
 
 _INTRODUCTION = (
     'Fill rates are means over collections with a 95 % confidence interval; three kinds, always '
@@ -60,13 +42,8 @@ def page(records: Sequence[JsonObject], command: str) -> str:
         _table(report.HEADINGS, [report.row(record) for record in records]),
         *_unplaced(records),
     ]
-    return (
-        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f'<title>Packing benchmark</title><style>{_STYLE}</style></head>\n<body>\n'
-        + '\n'.join(parts)
-        + '\n</body></html>\n'
-    )
+    # Every value in it is escaped above, the figure is our own.
+    return render('pages/base.html', title='Packing benchmark', body=Markup('\n'.join(parts)))
 
 
 def _table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

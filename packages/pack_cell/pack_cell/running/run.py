@@ -23,6 +23,7 @@ from pack_cell.report.ended_run import EndedRun, execution_profile
 from pack_cell.report.offline_packing import offline_bins
 from pack_cell.report.record import RunRecord
 from pack_cell.report.summary import is_clean, summarize, write_run
+from pack_cell.report_page.command import report_trouble
 from pack_cell.running.display import RunDisplay
 from pack_cell.running.memory import MemoryWatch
 from pack_cell.running.node_commands import node_specs, write_parameters
@@ -141,7 +142,10 @@ def run(options: RunOptions, command: Sequence[str]) -> int:
     )
     write_run(folder, summary, record)
     write_boxes(folder / BOXES_FILE, map(stream.__getitem__, range(fed)))
+    trouble = report_trouble(folder)
     display.summary(summary, folder)
+    if trouble:
+        display.console.problem(f'cell run: {trouble}')
     for line in ending.details:
         display.console.problem(f'  | {line}')
     if ending.code:
