@@ -15,7 +15,7 @@ setup(
         ('share/' + PACKAGE + '/config', glob('config/*.yaml')),
     ],
     python_requires='>=3.10',
-    install_requires=['pack_msgs_py'],
+    install_requires=['openpyxl', 'pack_msgs_py', 'PyYAML'],
     extras_require={'test': ['pytest', 'hypothesis']},
     zip_safe=False,
     maintainer='Packing cell maintainers',

@@ -14,7 +14,7 @@ from conveyor_sim.parameters import ConveyorParameters
 from conveyor_sim.scanning.fault_plan import FaultPlan, parse_faults
 from conveyor_sim.scanning.inspection import Inspection
 from conveyor_sim.scanning.scanner import Scanner, ScannerNoise
-from conveyor_sim.streams import Stream
+from conveyor_sim.streams import Reading, Stream
 
 
 def make_belt(p: ConveyorParameters) -> Belt:
@@ -46,7 +46,8 @@ def make_inspection(p: ConveyorParameters) -> Inspection:
 
 def open_stream(p: ConveyorParameters) -> Stream:
     """The stream of `boxes_file`; ``ValueError`` when it cannot be used."""
-    return Stream.open(p.boxes_file, p.count, p.seed, p.destinations)
+    reading = Reading(p.units, p.decimal, p.order_by)
+    return Stream.open(p.boxes_file, p.count, p.seed, p.destinations, reading)
 
 
 def make_ledger(p: ConveyorParameters, stream: Stream) -> Ledger:

@@ -20,6 +20,21 @@ class ConveyorParameters:
         f'Boxes: {SYNTAX}; empty for the built-in stream of 40 cartons.',
         read_only=True,
     )
+    units: str = parameter(
+        '',
+        'Units of a box file that does not say them, such as `cm,kg`, `in,lb` or `g`.',
+        read_only=True,
+    )
+    decimal: str = parameter(
+        '',
+        'Decimal mark of a box file, where its numbers do not tell: `point` or `comma`.',
+        read_only=True,
+    )
+    order_by: str = parameter(
+        '',
+        'Column of a box file whose values become destinations, so that orders keep apart.',
+        read_only=True,
+    )
     count: int = parameter(
         0,
         'Boxes to supply, rejected rows included; 0 for the whole file. '
@@ -115,7 +130,7 @@ class ConveyorParameters:
     )
     tilt_time: float = parameter(
         TILT_TIME_S,
-        'Robot time in which the tray tips a box, or tips it back; empty it takes half of that.',
+        'Robot time in which the tray tips a box, or goes back.',
         unit='s',
         low=0.1,
         high=60.0,

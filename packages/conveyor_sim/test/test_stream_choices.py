@@ -125,16 +125,31 @@ def test_a_container_problem_gives_its_boxes_with_their_uprights(br):
     assert small.size_mm == (227.5, 135.0, 112.5)
 
 
+def test_container_problems_without_seeds_are_read_the_same(br, tmp_path):
+    seedless = tmp_path / 'BR1' / 'BR1.txt'
+    seedless.parent.mkdir()
+    seedless.write_text(BR.replace(' 2502505', '').replace(' 2502605', ''))
+    for problem in (1, 2):
+        assert load_boxes(f'br:{seedless}#{problem}') == load_boxes(f'br:{br}#{problem}')
+
+
+def test_a_container_file_that_is_given_as_a_list_says_how_to_name_a_problem(br):
+    with pytest.raises(BoxFileError, match='thpack file: name a problem of it'):
+        load_boxes(br)
+
+
 @pytest.mark.parametrize(
     ('content', 'problem', 'words'),
     [
         (BR, 3, 'problems 1 to 2, not 3'),
         (BR, 0, 'problems 1 to 2, not 0'),
-        (BR[:60], 1, 'ends before'),
+        (BR[:60], 1, 'ends within a problem'),
         (BR.replace('108', 'abc'), 1, "line 5: 'abc'"),
-        (BR.replace('108 0', '108 7'), 1, 'followed by 0 or 1'),
+        (BR.replace('108 0', '108 7'), 1, 'each with 0 or 1'),
         (BR.replace('\n 2\n 1 108', '\n 0\n 1 108'), 1, '0 types'),
-        ('', 1, 'ends before'),
+        ('', 1, 'ends within a problem'),
+        (f'{BR}7\n', 1, 'more than 2 problems'),
+        (BR.replace(' 1 2502505', ' 3 2502505'), 1, 'line 2: problem 1 is expected, 3 is there'),
     ],
 )
 def test_a_damaged_container_file_gives_one_clear_error(br, content, problem, words):

@@ -8,7 +8,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from conveyor_sim.streams import BoxFileError, RejectedRow, Stream, load_boxes, read_entries
+from conveyor_sim.streams import (
+    BoxFileError,
+    Stream,
+    load_boxes,
+    read_boxes,
+    read_entries,
+)
 from pack_msgs_py.codes import Reason
 from pack_msgs_py.values import UP_ANY, UP_POS_Z, Box, check_box
 
@@ -123,16 +129,12 @@ def test_bad_optional_values_are_rejected(write, column, value):
     assert (bad.column, bad.value) == (column, value)
 
 
-def test_the_second_of_two_equal_ids_is_rejected_under_another_name(write):
-    entries = read_entries(
-        write(HEADER + 'a,300,200,100,1\na,30,20,10,1\nrow-4,1,1,1,1\n,2,2,2,\n')
-    )
-    assert isinstance(entries[0], Box)
-    bad = entries[1]
-    assert isinstance(bad, RejectedRow)
-    assert (bad.reason, bad.line, bad.value) == (Reason.DUPLICATE_ID, 3, 'a')
-    names = [entry.id if isinstance(entry, Box) else entry.box_id for entry in entries]
-    assert len(set(names)) == 4, 'an event about one of them can mean no other'
+def test_boxes_of_one_id_are_numbered_and_their_id_is_kept_as_the_article(write):
+    found = read_boxes(write(HEADER + 'a,300,200,100,1\na,30,x,10,1\na/1,1,1,1,1\na,2,2,2,\n'))
+    names = [entry.id if isinstance(entry, Box) else entry.box_id for entry in found.entries]
+    assert names == ['a/1_', 'a/2', 'a/1', 'a/3'], 'an event about one of them can mean no other'
+    assert dict(found.entries[0].extra)['sku'] == 'a'
+    assert any('1 names stand for more than one box' in note for note in found.notes)
 
 
 def test_supermarket_columns_give_unique_ids(write):
@@ -170,7 +172,7 @@ def test_bed_bpp_orders_come_in_sequence_with_ids_of_their_own(write):
     assert [box.id for box in boxes] == ['A-1', 'A-2', 'A-10', 'B-1', 'B-2', 'B-10']
     assert boxes[0].size_mm == (600, 400, 220)
     assert boxes[0].weight_kg == 6.296
-    assert dict(boxes[0].extra)['article_id'] == '17'
+    assert dict(boxes[0].extra)['sku'] == '17'
 
 
 def test_a_bad_bed_bpp_item_names_its_order_and_place(write):
@@ -195,7 +197,7 @@ def test_a_list_of_flat_objects_is_read(write):
     [
         (b'', 'a.csv', 'empty'),
         (b'\n \n', 'a.csv', 'empty'),
-        (b'id,length_mm,width_mm\na,1,2\n', 'a.csv', 'no column height_mm'),
+        (b'id,length_mm,width_mm\na,1,2\n', 'a.csv', 'no column height;'),
         (b'length_mm,width_mm,height_mm\n', 'a.csv', 'holds no boxes'),
         (b'length_mm,width_mm,height_mm,width_mm\n1,2,3,4\n', 'a.csv', 'twice'),
         (b'\x00\x01\x02', 'a.csv', 'not text'),

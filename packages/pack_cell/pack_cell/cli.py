@@ -8,6 +8,7 @@ import sys
 from collections.abc import Sequence
 
 from pack_cell.bench.options import add_bench
+from pack_cell.boxes.command import add_boxes, run_boxes
 from pack_cell.layout.command import add_layout, run_layout
 from pack_cell.options.declaration import add_options
 from pack_cell.options.parsers import OneLineParser
@@ -46,6 +47,7 @@ def build_parser() -> argparse.ArgumentParser:
     add_bench(verbs)
     add_tune(verbs)
     add_layout(verbs)
+    add_boxes(verbs)
     return parser
 
 
@@ -66,6 +68,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return run_report(parsed)
     if parsed.verb == 'layout':
         return run_layout(parsed)
+    if parsed.verb == 'boxes':
+        return run_boxes(parsed)
     basis = DEMO if parsed.verb == 'demo' else {}
     options = run_options(basis | vars(parsed))
     try:

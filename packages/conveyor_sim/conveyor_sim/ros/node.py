@@ -117,6 +117,9 @@ class ConveyorNode(Node):
             f'ledger {"in memory" if not params.state_dir else self._ledger.path}'
         )
 
+        for note in stream.notes:
+            self.get_logger().warning(f'{stream.name}: {note}')
+
         # In this order when several have come: a decision rests on what happened before.
         for kind, topic, callback in (
             (BoxEvent, 'box_event', self._on_event),

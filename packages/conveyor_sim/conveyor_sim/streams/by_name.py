@@ -1,8 +1,8 @@
 """One way to name a stream, for `cell run`, `cell bench` and the node alike.
 
-FILE                       a box file, CSV or BED-BPP JSON
+FILE                       a box file: CSV, XLSX, JSON or BED-BPP
 cartons                    the built-in list of 40 cartons; also the empty text
-br:FILE#PROBLEM[,scale=X]  a container-loading problem of Bischoff and Ratcliff
+br:FILE#PROBLEM[,scale=X]  a container-loading problem, thpack1 to thpack9 of the OR-Library
 run:FOLDER                 the boxes of an earlier run in the order of its feed
 syn[:boxes=23,seed=N]      ten SYN bins cut into boxes, ten new ones each round
 mpv:class=1..9[,boxes=100,edge=500,seed=N]   Martello, Pisinger and Vigo; edge of the bin in mm
@@ -19,20 +19,23 @@ from pathlib import Path
 from conveyor_sim.streams import mpv, syn
 from conveyor_sim.streams.box_records import BoxFileError, Entry, RejectedRow
 from conveyor_sim.streams.br_file import br_boxes
-from conveyor_sim.streams.files import read_entries
+from conveyor_sim.streams.files import read_boxes, read_entries
+from conveyor_sim.streams.reading import Reading
 from conveyor_sim.streams.repeating import BoxSource, DrawnBoxes, ListedBoxes, MadeBoxes
 from conveyor_sim.streams.run_folder import read_run
 from pack_msgs_py.values import Box, Vec3, parse_bin
 
 KINDS = ('cartons', 'br', 'run', 'syn', 'mpv', 'draw')
 SYNTAX = (
-    'FILE (CSV or BED-BPP JSON), cartons, syn[:boxes=23,seed=N], mpv:class=1..9[,boxes=100,'
+    'FILE (CSV, XLSX, JSON or BED-BPP), cartons, syn[:boxes=23,seed=N], mpv:class=1..9[,boxes=100,'
     'edge=500,seed=N], br:FILE#PROBLEM[,scale=X], run:FOLDER, or draw:ANY OF THESE'
 )
 _MAX_SEED = 2**31 - 1
 
 
-def open_source(choice: str | Path = '', seed: int = 0) -> BoxSource:
+def open_source(
+    choice: str | Path = '', seed: int = 0, reading: Reading | None = None
+) -> BoxSource:
     """The source that ``choice`` names; ``seed`` is used where it gives none itself.
 
     Raises
@@ -41,14 +44,18 @@ def open_source(choice: str | Path = '', seed: int = 0) -> BoxSource:
         The choice or its file cannot be used; the text says why.
     """
     text = str(choice)
-    kind, colon, rest = text.partition(':')
+    kind, _, rest = text.partition(':')
+    if reading is not None and reading != Reading() and not (is_file(text) or kind == 'draw'):
+        msg = f'--boxes {text or "cartons"}: units, decimal and order_by are for box files alone'
+        raise BoxFileError(msg)
     if text in ('', 'cartons'):
         return ListedBoxes(read_entries(''), seed, 'built-in cartons')
-    if kind not in KINDS or not (colon or kind in ('syn', 'mpv')):
-        return ListedBoxes(read_entries(text), seed, Path(text).name)
+    if is_file(text):
+        found = read_boxes(text, reading)
+        return ListedBoxes(found.entries, seed, Path(text).name, found.notes)
     if kind == 'draw':
-        inner = open_source(rest, seed)
-        return DrawnBoxes(inner.turn(0), seed, inner.name)
+        inner = open_source(rest, seed, reading)
+        return DrawnBoxes(inner.turn(0), seed, inner.name, inner.notes)
     if kind == 'br':
         return _container(rest, seed)
     if kind == 'run':
@@ -60,6 +67,13 @@ def open_source(choice: str | Path = '', seed: int = 0) -> BoxSource:
         return _mpv(_options(rest, kind, ('class', 'boxes', 'edge', 'seed')), seed)
     msg = f'--boxes {text!r}: cartons take no options; use one of {SYNTAX}'
     raise BoxFileError(msg)
+
+
+def is_file(choice: str) -> bool:
+    """Whether ``choice`` names a file, and not a stream."""
+    kind, colon, _ = choice.partition(':')
+    known = choice in ('', 'cartons') or (kind in KINDS and (colon or kind in ('syn', 'mpv')))
+    return not known
 
 
 def resolved(choice: str) -> str:
@@ -77,7 +91,9 @@ def resolved(choice: str) -> str:
     return str(Path(choice).expanduser().resolve())
 
 
-def load_boxes(choice: str | Path = '', seed: int = 0) -> tuple[list[Box], list[RejectedRow]]:
+def load_boxes(
+    choice: str | Path = '', seed: int = 0, reading: Reading | None = None
+) -> tuple[list[Box], list[RejectedRow]]:
     """Boxes and rejected rows of one round of what ``choice`` names.
 
     Raises
@@ -85,7 +101,7 @@ def load_boxes(choice: str | Path = '', seed: int = 0) -> tuple[list[Box], list[
     BoxFileError
         See :func:`open_source`.
     """
-    entries: tuple[Entry, ...] = open_source(choice, seed).turn(0)
+    entries: tuple[Entry, ...] = open_source(choice, seed, reading).turn(0)
     boxes = [entry for entry in entries if isinstance(entry, Box)]
     return boxes, [entry for entry in entries if isinstance(entry, RejectedRow)]
 

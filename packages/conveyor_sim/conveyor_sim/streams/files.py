@@ -2,43 +2,64 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
-from conveyor_sim.streams.box_records import BoxFileError, Entry, FileRow, entries_from
-from conveyor_sim.streams.csv_file import csv_rows
-from conveyor_sim.streams.json_file import json_rows
+from conveyor_sim.streams.box_list import BoxList, box_list
+from conveyor_sim.streams.box_records import BoxFileError, Entry
+from conveyor_sim.streams.csv_file import csv_table
+from conveyor_sim.streams.json_file import json_table
+from conveyor_sim.streams.reading import Reading
+from conveyor_sim.streams.table import BoxTable
+from conveyor_sim.streams.xlsx_file import xlsx_table
 
 #: The stream that ships with the cell: 40 cartons of public sizes.
 BUILT_IN = Path(__file__).parent.parent / 'data' / 'cartons.csv'
 
 _MAX_BYTES = 100_000_000
+#: How a workbook begins (a ZIP archive), and one of Excel before 2007.
+_ZIP, _OLD_EXCEL = b'PK\x03\x04', b'\xd0\xcf\x11\xe0'
 
 
-def read_entries(path: str | Path = '') -> tuple[Entry, ...]:
-    """Rows of a box file in their order, each a box or rejected; the built-in one by default.
+def read_boxes(path: str | Path = '', reading: Reading | None = None) -> BoxList:
+    """What a box file holds, and how it was understood; the built-in one by default.
 
     Raises
     ------
     BoxFileError
-        The file cannot be read, is empty, or has no size columns.
+        The file cannot be read, is empty, or is not clear without more of ``reading``.
     """
     source = Path(path).expanduser() if str(path) else BUILT_IN
-    text = _text(source)
-    entries = entries_from(_rows(text, source), source.name)
-    if not entries:
+    data = _bytes(source)
+    reading = (reading or Reading()).beside(source)
+    found = box_list(_table(data, source, reading), source.name, reading)
+    if not found.entries:
         msg = f'box file {source} holds no boxes'
         raise BoxFileError(msg)
-    return entries
+    return found
 
 
-def _rows(text: str, source: Path) -> Iterator[FileRow]:
-    is_json = source.suffix.lower() == '.json' or text.lstrip()[:1] in ('{', '[')
-    return json_rows(text, str(source)) if is_json else csv_rows(text, str(source))
+def read_entries(path: str | Path = '', reading: Reading | None = None) -> tuple[Entry, ...]:
+    """Rows of a box file in their order, each a box or rejected; see :func:`read_boxes`."""
+    return read_boxes(path, reading).entries
 
 
-def _text(source: Path) -> str:
-    """The file's text: UTF-8 with or without a byte order mark, UTF-16 with, else Windows-1252."""
+def _table(data: bytes, source: Path, reading: Reading) -> BoxTable:
+    if data.startswith(_ZIP):
+        return xlsx_table(source, reading)
+    if data.startswith(_OLD_EXCEL):
+        msg = f'box file {source} is a workbook of Excel before 2007: save it as .xlsx or .csv'
+        raise BoxFileError(msg)
+    text = _text(data, source)
+    if source.suffix.lower() in ('.json', '.jsonl', '.ndjson') or text.lstrip()[:1] in ('{', '['):
+        return json_table(text, str(source), reading)
+    words = text.split(maxsplit=8)
+    if len(words) > 6 and all(word.isdecimal() for word in words[:8]):
+        msg = f'box file {source} looks like a thpack file: name a problem of it, br:{source}#1'
+        raise BoxFileError(msg)
+    return csv_table(text, str(source), reading)
+
+
+def _bytes(source: Path) -> bytes:
     try:
         if source.is_dir():
             msg = f'box file {source} is a folder'
@@ -49,10 +70,14 @@ def _text(source: Path) -> str:
         if source.stat().st_size > _MAX_BYTES:
             msg = f'box file {source} is larger than {_MAX_BYTES // 1_000_000} MB: split it'
             raise BoxFileError(msg)
-        data = source.read_bytes()
+        return source.read_bytes()
     except OSError as error:
         msg = f'box file {source} cannot be read: {error.strerror or error}'
         raise BoxFileError(msg) from None
+
+
+def _text(data: bytes, source: Path) -> str:
+    """The file's text: UTF-8 with or without a byte order mark, UTF-16 with, else Windows-1252."""
     if data.startswith((b'\xff\xfe', b'\xfe\xff')):
         text = data.decode('utf-16', errors='replace')
     else:

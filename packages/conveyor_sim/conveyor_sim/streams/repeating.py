@@ -21,6 +21,7 @@ class BoxSource(Protocol):
     """Boxes without end, in rounds of equal length. Ids are unique over all rounds."""
 
     name: str
+    notes: tuple[str, ...]
 
     @property
     def fingerprint(self) -> str:
@@ -39,11 +40,14 @@ class ListedBoxes:
     ``seed`` 0 keeps the order; otherwise every round is shuffled, the same for equal seeds.
     """
 
-    def __init__(self, entries: Sequence[Entry], seed: int, name: str) -> None:
+    def __init__(
+        self, entries: Sequence[Entry], seed: int, name: str, notes: tuple[str, ...] = ()
+    ) -> None:
         if not entries:
             msg = f'stream {name} holds no boxes'
             raise ValueError(msg)
         self.name = name
+        self.notes = notes
         self._entries = tuple(entries)
         self._seed = seed
         self._ids = {entry_id(entry) for entry in entries}
@@ -74,12 +78,15 @@ class ListedBoxes:
 class DrawnBoxes:
     """Boxes drawn with replacement; the place in the stream, from 1, is appended to each id."""
 
-    def __init__(self, entries: Sequence[Entry], seed: int, name: str) -> None:
+    def __init__(
+        self, entries: Sequence[Entry], seed: int, name: str, notes: tuple[str, ...] = ()
+    ) -> None:
         self._boxes = tuple(entry for entry in entries if isinstance(entry, Box))
         if not self._boxes:
             msg = f'stream {name} holds no boxes to draw from'
             raise ValueError(msg)
         self.name = f'{name}, drawn with replacement'
+        self.notes = notes
         self._seed = seed
         self._ids = {box.id for box in self._boxes}
         self._mark = _free_mark(self._ids)
@@ -108,6 +115,8 @@ class MadeBoxes:
 
     ``turn_length`` is how many the recipe makes. They have the default density.
     """
+
+    notes: tuple[str, ...] = ()
 
     def __init__(self, recipe: Recipe, turn_length: int, seed: int, prefix: str, name: str) -> None:
         self.name = f'{name}, seed {seed}'

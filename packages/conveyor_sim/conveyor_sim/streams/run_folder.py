@@ -6,17 +6,15 @@ import json
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from conveyor_sim.streams.box_records import BoxFileError, Entry, FileRow, RejectedRow, entries_from
+from conveyor_sim.streams.box_list import box_list
+from conveyor_sim.streams.box_records import BoxFileError, Entry
 from conveyor_sim.streams.files import read_entries
-from pack_msgs_py.values import Box
+from conveyor_sim.streams.own_format import COLUMNS
+from conveyor_sim.streams.table import BoxTable, TableRow
 
 #: What `cell run` writes: the true boxes in the order of the feed.
 BOXES_FILE = 'boxes.csv'
 _RECORD_FILE = 'placements.jsonl'
-_COLUMNS = (
-    'id', 'length_mm', 'width_mm', 'height_mm', 'weight_kg', 'max_top_load_n', 'allowed_up',
-    'destination',
-)  # fmt: skip
 
 
 def read_run(folder: Path) -> tuple[Entry, ...]:
@@ -35,44 +33,26 @@ def read_run(folder: Path) -> tuple[Entry, ...]:
     except OSError as error:
         msg = f'{folder} is no folder of a run: {path.name}: {error.strerror or error}'
         raise BoxFileError(msg) from None
-    entries = entries_from(_rows(lines, path), str(path))
+    rows = tuple(_rows(lines, path))
+    entries = box_list(BoxTable(COLUMNS[:5], rows, points_by_format=True), str(path)).entries
     if not entries:
         msg = f'{path} holds no boxes'
         raise BoxFileError(msg)
     return entries
 
 
-def _rows(lines: Iterable[str], path: Path) -> Iterator[FileRow]:
+def _rows(lines: Iterable[str], path: Path) -> Iterator[TableRow]:
     for number, line in enumerate(lines, start=1):
         place = f'line {number}'
         try:
             row = json.loads(line)
             box_id, size = row['box_id'], row['size_mm']
         except (ValueError, KeyError, TypeError):
-            yield FileRow(number, place, {}, damage=f'is not a box of a run: {line[:60]!r}')
+            yield TableRow(number, place, {}, damage=f'is not a box of a run: {line[:60]!r}')
             continue
         if size is None:
             continue  # rejected before it was measured
-        values = dict(zip(_COLUMNS[1:4], map(str, size), strict=True))
+        values = dict(zip(COLUMNS[1:4], map(str, size), strict=True))
         weight = row.get('weight_kg')
         values |= {'id': str(box_id)} | ({} if weight is None else {'weight_kg': str(weight)})
-        yield FileRow(number, place, values)
-
-
-def write_boxes(path: Path, entries: Iterable[Entry]) -> None:
-    """Write boxes as a box file; rejected rows, which are none, are left out."""
-    with path.open('w', encoding='utf-8', newline='') as file:
-        file.write(','.join(_COLUMNS) + '\n')
-        for entry in entries:
-            if not isinstance(entry, RejectedRow):
-                file.write(','.join(_cell(value) for value in _values(entry)) + '\n')
-
-
-def _values(box: Box) -> tuple[object, ...]:
-    load = '' if box.max_top_load_n is None else box.max_top_load_n
-    return (box.id, *box.size_mm, box.weight_kg, load, box.allowed_up, box.destination)
-
-
-def _cell(value: object) -> str:
-    text = repr(value) if isinstance(value, float) else str(value)
-    return '"' + text.replace('"', '""') + '"' if any(c in text for c in ',;"\t') else text
+        yield TableRow(number, place, values)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from conveyor_sim.streams.box_records import Entry
 from conveyor_sim.streams.by_name import open_source
+from conveyor_sim.streams.reading import Reading
 from conveyor_sim.streams.repeating import BoxSource, ListedBoxes
 from pack_msgs_py.values import Box
 
@@ -54,7 +55,12 @@ class Stream:
 
     @classmethod
     def open(
-        cls, choice: str | Path = '', count: int = 0, seed: int = 0, destinations: int = 0
+        cls,
+        choice: str | Path = '',
+        count: int = 0,
+        seed: int = 0,
+        destinations: int = 0,
+        reading: Reading | None = None,
     ) -> Stream:
         """The stream that ``choice`` names, the built-in cartons when it is empty.
 
@@ -63,7 +69,7 @@ class Stream:
         BoxFileError
             See :func:`conveyor_sim.streams.by_name.open_source`.
         """
-        return cls(open_source(choice, seed), count, seed, destinations=destinations)
+        return cls(open_source(choice, seed, reading), count, seed, destinations=destinations)
 
     def __len__(self) -> int:
         return self._length
@@ -84,6 +90,16 @@ class Stream:
     def __contains__(self, box_id: object) -> bool:
         """Whether some box of the stream may have this id."""
         return self._source.has(str(box_id), -(-self._length // self._per_turn))
+
+    @property
+    def first_round(self) -> tuple[Entry, ...]:
+        """What the source holds, as often as it does, in its order."""
+        return self._turn(0)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What people should know of how the file was understood, a line each."""
+        return self._source.notes
 
     @property
     def description(self) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,14 @@ from conveyor_sim.induct.arrivals import FORMS as ARRIVALS
 from conveyor_sim.induct.arrivals import find_arrivals
 from conveyor_sim.scanning.fault_plan import parse_faults
 from conveyor_sim.scanning.faults import fault_names
-from conveyor_sim.streams import SYNTAX, load_boxes, resolved
+from conveyor_sim.streams import (
+    SYNTAX,
+    Reading,
+    Stream,
+    UnclearBoxFile,
+    load_boxes,
+    resolved,
+)
 from pack_cell.options.declaration import (
     DEFAULT_PROFILE,
     add_options,
@@ -44,13 +52,17 @@ from pack_planner.algorithms import BUILT_IN
 SCAN_SIGMA_MM = {'cell': 2.0, 'dense': 2.0, 'paper': 0.0}
 #: Orientation rule of planner and executor by the faces that the arm takes boxes by.
 GRASP_FACES = {'top': 'upright', 'any': 'upright_or_front_up', 'tray': UPRIGHT_OR_TIPPED}
-#: By which faces boxes are taken, by profile.
-USUAL_FACES = {'cell': 'top', 'dense': 'top', 'paper': 'top'}
 #: What else is off when the sizes are, in kilograms and degrees.
 SCAN_SIGMA_KG, SCAN_SIGMA_DEG = 0.02, 0.3
 
 _PACK, _DECIDE, _BELT = 'what to pack', 'how to decide', 'what comes on the belt'
 _ACT, _OUTPUT = 'how to act', 'output'
+
+
+def readable_boxes(choice: str) -> None:
+    """Refuse boxes that cannot be read, whatever other options say of their file."""
+    with suppress(UnclearBoxFile):
+        load_boxes(choice)
 
 
 @dataclass(frozen=True)
@@ -61,13 +73,44 @@ class RunOptions:
         '',
         'the boxes: a file or a stream by name',
         _PACK,
-        read=checked(load_boxes),
+        read=checked(readable_boxes),
         metavar='BOXES',
         values=SYNTAX,
         default_text="cartons, the project's own stream of 40",
         see='../packages/conveyor_sim/README.md#streams-by-name',
         parameters=('conveyor.boxes_file',),
         as_parameter=resolved,
+    )
+    units: str = option(
+        '',
+        'units of a box file that does not say them',
+        _PACK,
+        read=checked(Reading),
+        metavar='UNITS',
+        values='a length, a weight or both, such as `cm,kg`, `in,lb` or `g`',
+        default_text='as the file says',
+        see='box_lists.md',
+        parameters=('conveyor.units',),
+    )
+    decimal: str = option(
+        '',
+        'decimal mark of a box file, where its numbers do not tell',
+        _PACK,
+        read=checked(lambda text: Reading(decimal=text)),
+        metavar='MARK',
+        values='`point` or `comma`',
+        default_text='as the file says',
+        see='box_lists.md',
+        parameters=('conveyor.decimal',),
+    )
+    order_by: str = option(
+        '',
+        'column of a box file by whose values orders keep apart: a bin takes boxes of one order, '
+        'instead of one destination',
+        _PACK,
+        metavar='ORDER',
+        see='box_lists.md',
+        parameters=('conveyor.order_by',),
     )
     count: int = option(
         '0',
@@ -306,8 +349,8 @@ class RunOptions:
         as_parameter=lambda path: str(path.resolve()) if path else '',
     )
     grasp_faces: str = option(
-        '',
-        'faces by which the arm takes boxes; a continuous belt has no tray: there `top`',
+        'top',
+        'faces by which the arm takes boxes',
         _ACT,
         read=OneOf(
             lambda: {
@@ -316,14 +359,13 @@ class RunOptions:
                 'tray': 'a tilt tray at the pick point brings front or left end up',
             }
         ),
-        by_profile=USUAL_FACES,
         see='cell_layout.md#the-tilt-tray',
         parameters=('planner.orientations', 'arm_executor.orientations'),
         as_parameter=GRASP_FACES.__getitem__,
     )
     tilt_time_s: float = option(
         f'{TILT_TIME_S}',
-        'robot time in which that tray tips a box, or tips it back',
+        'robot time in which that tray tips a box, or goes back',
         _ACT,
         name='tilt_time',
         read=NumberRange(0.1, 60, 's'),
@@ -379,6 +421,12 @@ class RunOptions:
     quiet: bool = option('', 'no progress, only the summary', _OUTPUT, flag=True, launched=False)
 
 
+def open_stream(options: RunOptions) -> Stream:
+    """The boxes of a run; ``ValueError`` when their file cannot be used."""
+    reading = Reading(options.units, options.decimal, options.order_by)
+    return Stream.open(options.boxes, options.count, options.seed, options.destinations, reading)
+
+
 def run_options(given: Mapping[str, Any]) -> RunOptions:
     """The options with what is ``given``, by key; the rest are defaults, some by profile."""
     values: dict[str, Any] = {}
@@ -390,8 +438,6 @@ def run_options(given: Mapping[str, Any]) -> RunOptions:
             )
         elif named.declaration.by_profile is not None:
             values[named.key] = named.declaration.by_profile[profile]
-    if 'grasp_faces' not in given and values.get('belt_mode') == 'continuous':
-        values['grasp_faces'] = 'top'
     return RunOptions(**values)
 
 

@@ -9,9 +9,14 @@ from arm_executor.arms.registry import find_arm
 from arm_executor.reach.layout_file import find_layout, layout_for
 from conveyor_sim.streams import destination_names
 from pack_cell.options.declaration import declared_options
-from pack_cell.options.run_options import SCAN_SIGMA_DEG, SCAN_SIGMA_KG, RunOptions
+from pack_cell.options.run_options import (
+    SCAN_SIGMA_DEG,
+    SCAN_SIGMA_KG,
+    RunOptions,
+    open_stream,
+)
 from pack_msgs_py.orientation import TRAY_HEIGHT_MM
-from pack_msgs_py.values import STATIONS
+from pack_msgs_py.values import STATIONS, Box
 from pack_planner.algorithms import find_algorithm
 from pack_planner.algorithms.tuned_tables import check_table, read_table
 from pack_planner.parameters import PlannerParameters
@@ -26,6 +31,10 @@ def check_cell(options: RunOptions) -> None:
         The layout cannot be built or the robot cannot serve it; tuned weights are not for the
         algorithm.
     """
+    orders = [name for name in first_orders(options) if ',' in name]
+    if orders:
+        msg = f'order {orders[0]!r} holds a comma, which separates the names that bins serve'
+        raise ValueError(msg)
     bins = dict.fromkeys(STATIONS[: options.open_bins], options.bin_spec)
     if options.grasp_faces == 'tray' and options.belt_mode == 'continuous':
         msg = (
@@ -64,7 +73,7 @@ def node_parameters(folder: Path, options: RunOptions) -> dict[str, dict[str, An
             'max_passed_over': most_passed_over(options),
         },
         'arm_executor': {
-            'destinations': options.serve or ','.join(destination_names(options.destinations)),
+            'destinations': served_at_start(options),
             'state_dir': state,
         },
     }
@@ -77,6 +86,28 @@ def node_parameters(folder: Path, options: RunOptions) -> dict[str, dict[str, An
             parameters[node][name] = value
     parameters['planner'].update(options.planner)
     return parameters
+
+
+def served_at_start(options: RunOptions) -> str:
+    """What the bins serve at the start, with commas between the names."""
+    orders = first_orders(options)
+    return options.serve or ','.join(orders or destination_names(options.destinations))
+
+
+def first_orders(options: RunOptions) -> list[str]:
+    """The orders whose boxes come first, one for each open bin; none when they are not kept apart.
+
+    Raises
+    ------
+    ValueError
+        The box file cannot be used with these options.
+    """
+    stream = open_stream(options)
+    if not options.order_by:
+        return []
+    boxes = (entry for entry in stream.first_round if isinstance(entry, Box))
+    names = dict.fromkeys(box.destination for box in boxes)
+    return list(names)[: options.open_bins]
 
 
 def most_passed_over(options: RunOptions) -> int:

@@ -8,7 +8,7 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -16,7 +16,7 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 from conveyor_sim.streams import BOXES_FILE, Stream, write_boxes
-from pack_cell.options.run_options import RunOptions
+from pack_cell.options.run_options import RunOptions, open_stream
 from pack_cell.report.accounts import read_books
 from pack_cell.report.archive import Archive
 from pack_cell.report.ended_run import EndedRun, execution_profile
@@ -29,6 +29,7 @@ from pack_cell.running.memory import MemoryWatch
 from pack_cell.running.node_commands import node_specs, write_parameters
 from pack_cell.running.ros_domain import DomainTaken, hold_domain, loopback_trouble
 from pack_cell.running.supervisor import Supervisor
+from pack_msgs_py.profiles import Profile
 from pack_msgs_py.values import Box
 
 if TYPE_CHECKING:
@@ -100,7 +101,7 @@ def run(options: RunOptions, command: Sequence[str]) -> int:
         return EXIT_USAGE
     os.environ['ROS_DOMAIN_ID'] = str(lock.number)
     # Opened once: its file may be gone at the end.
-    stream = Stream.open(options.boxes, options.count, options.seed, options.destinations)
+    stream = open_stream(options)
     folder.mkdir(parents=True, exist_ok=True)
     stop = StopRequest()
     supervisor = Supervisor(
@@ -114,6 +115,8 @@ def run(options: RunOptions, command: Sequence[str]) -> int:
     with RunDisplay(record, quiet=options.quiet) as display:
         if lock.number:
             display.say(f'this cell runs in ROS domain {lock.number}: export ROS_DOMAIN_ID to join')
+        for note in (*stream.notes, *unheeded(stream, rules)):
+            display.console.tell(f'boxes: {note}', 'yellow')
         supervisor.start()
         write_pids(folder, supervisor)
         try:
@@ -155,6 +158,14 @@ def run(options: RunOptions, command: Sequence[str]) -> int:
         display.console.tell(ending.reason)
         return EXIT_OK
     return EXIT_OK if is_clean(summary) else EXIT_PROBLEM
+
+
+def unheeded(stream: Stream, rules: Profile) -> Iterator[str]:
+    """What the boxes ask for and these rules do not heed."""
+    boxes = (entry for entry in stream.first_round if isinstance(entry, Box))
+    loads = sum(box.max_top_load_n is not None for box in boxes)
+    if loads and not rules.check_top_load:
+        yield f'{loads} may carry little or nothing, which profile {rules.name} does not heed'
 
 
 def write_pids(folder: Path, supervisor: Supervisor) -> None:

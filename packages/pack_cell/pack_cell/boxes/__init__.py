@@ -1,0 +1,1 @@
+"""``cell boxes``: what a box list means to the cell, before anything runs."""
