@@ -21,6 +21,24 @@ def test_after_a_kill_and_a_restart_the_run_goes_on(start_cell: StartCell, node:
     assert cell.summary()['placed'] == 16, cell.text()
 
 
+@pytest.mark.parametrize('node', ['planner', 'conveyor', 'arm_executor'])
+def test_boxes_on_the_tilt_tray_survive_a_kill_faults_and_jams(
+    start_cell: StartCell, node: str
+) -> None:
+    cell = start_cell(
+        *('--count', '24', '--speed', '8', '--respawn', '--profile', 'dense'),
+        *('--grasp-faces', 'tray', '--faults', 'all=0.02', '--jams', 'random:300,3'),
+        *TIMED,
+    )
+    cell.wait_for_placements(4)
+    cell.kill_node(node)
+    assert cell.wait() == 0, cell.text()
+    assert_every_box_in_one_place(cell, 24)
+    summary = cell.summary()
+    assert summary['rule_violations'] == 0, cell.text()
+    assert summary['turned_over'] > 0
+
+
 @pytest.mark.physics
 def test_the_bins_survive_a_kill_of_the_arm_in_physics(start_cell: StartCell) -> None:
     cell = start_cell('--count', '8', '--respawn')

@@ -46,6 +46,16 @@ def test_path_starts_and_ends_where_it_should_in_small_steps():
     assert np.linalg.norm(np.diff(pads, axis=0), axis=1).max() < 0.025
 
 
+@given(down=st.floats(0.001, 0.6), aside=st.floats(-0.1, 0.1), corner=st.floats(0.05, 0.3))
+def test_a_leg_shorter_than_its_round_ends_where_it_should(down, aside, corner):
+    hover = waypoint(0.0, (0.0, 0.75, 1.3), 0.0, FRONT)
+    grip = waypoint(0.0, (0.0, 0.75 + aside, 1.3 - down), 0.0, FRONT)
+    above = (*grip[:3], hover[3], grip[4])
+    pads = positions(rounded([hover, above, grip], corner, 0.015))
+    assert pads[0] == pytest.approx((0.0, 0.75, 1.3))
+    assert pads[-1] == pytest.approx((0.0, 0.75 + aside, 1.3 - down))
+
+
 def test_way_into_the_bin_is_straight_down():
     pads = positions(swing(z=0.3))
     deep = pads[pads[:, 2] < 1.2]

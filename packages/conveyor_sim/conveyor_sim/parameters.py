@@ -130,7 +130,7 @@ class ConveyorParameters:
     )
     tilt_time: float = parameter(
         TILT_TIME_S,
-        'Robot time in which the tray tips a box, or goes back.',
+        'Robot time in which the tray tips a box, or tips it back; empty it takes half of that.',
         unit='s',
         low=0.1,
         high=60.0,

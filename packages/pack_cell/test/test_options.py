@@ -6,12 +6,15 @@ from dataclasses import replace
 import pytest
 
 from arm_executor.parameters import ExecutorParameters, settings_from
+from conveyor_sim.parameters import ConveyorParameters
 from conveyor_sim.scanning.faults import FAULTS
 from pack_cell.cli import main
 from pack_cell.options.declaration import declared_options
 from pack_cell.options.run_options import RunOptions, parse_run_options
 from pack_cell.report.ended_run import execution_profile
 from pack_cell.running.node_commands import node_parameters
+from pack_cell.running.node_parameters import check_cell
+from pack_msgs_py.orientation import UPRIGHT_OR_TIPPED
 from pack_planner.parameters import PlannerParameters, settings
 
 WRONG = [
@@ -126,6 +129,39 @@ def test_planner_executor_and_report_keep_the_same_margins(
     unlimited = replace(rules, max_payload_kg=None)
     for theirs in (settings(planner).profile, settings_from(executor).profile):
         assert replace(theirs, max_payload_kg=None) == unlimited
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'rule', 'tips'),
+    [
+        ([], 'upright', False),
+        (['--profile', 'dense', '--belt-mode', 'continuous'], 'upright', False),
+        (['--profile', 'dense', '--grasp-faces', 'any'], 'upright_or_front_up', False),
+        (['--grasp-faces', 'tray'], UPRIGHT_OR_TIPPED, True),
+    ],
+)
+def test_planner_executor_and_conveyor_mean_the_same_faces(arguments, rule, tips, tmp_path):
+    options = parse_run_options(['--tilt-time', '2.5', *arguments])
+    nodes = node_parameters(tmp_path, options)
+    assert settings(PlannerParameters(**nodes['planner'])).profile.orientations == rule
+    executor = settings_from(ExecutorParameters(**nodes['arm_executor']))
+    assert (executor.profile.orientations, executor.tilt_time_s) == (rule, 2.5)
+    conveyor = ConveyorParameters(**nodes['conveyor'])
+    assert (conveyor.tilt_tray, conveyor.tilt_time) == (tips, 2.5)
+    assert execution_profile(options).orientations == rule
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'why'),
+    [
+        (['--belt-mode', 'continuous'], 'stop_at_pick'),
+        (['--robot', 'ur5e', '--bin', 'SYN'], 'conveyor.tallest_box of 450 mm'),
+    ],
+)
+def test_a_tray_where_none_can_stand_is_refused(arguments, why):
+    options = parse_run_options(['--grasp-faces', 'tray', '--arm', 'timed', *arguments])
+    with pytest.raises(ValueError, match=why):
+        check_cell(options)
 
 
 def test_a_missing_box_file_is_one_line(tmp_path, capsys):

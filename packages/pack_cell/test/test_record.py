@@ -8,12 +8,14 @@ from pack_cell.report.archive import Archive
 from pack_cell.report.ended_run import EndedRun, execution_profile
 from pack_cell.report.offline_packing import OfflineBins
 from pack_cell.report.record import KEPT_BINS, RunRecord
+from pack_cell.report.run_figures import RunFigures
 from pack_cell.report.summary import placement_rows, summarize, summary_lines
 from pack_cell.report.summary_figures import FIGURES
 from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Report, Scan, ScannedBox
 from pack_msgs_py.closing import Cause, ClosingReason
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Reason
 from pack_msgs_py.geometry.pose import Pose
+from pack_msgs_py.orientation import QUATERNIONS
 from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin
 
 BOX = Box('a', (596.0, 396.0, 200.0), 5.0)
@@ -30,6 +32,19 @@ def scan(*boxes, supplied=1, remaining=0):
 
 def event(kind, box_id='a', stamp=1.0, **more):
     return BoxEvent(box_id, kind, stamp_s=stamp, **more)
+
+
+def report_of(quaternion, cycle_s):
+    times = {'planning_s': 0.25, 'motion_s': 4.0, 'cycle_s': cycle_s}
+    return Report('a', commanded=Pose((0.0, 0.0, 0.0), quaternion), **times)
+
+
+def test_what_the_tray_takes_is_counted_of_boxes_that_are_turned_over():
+    figures = RunFigures()
+    figures.add_report(report_of(QUATERNIONS['yxz'], 4.25))
+    figures.add_report(report_of(QUATERNIONS['zyx'], 5.0))
+    assert list(figures.tray_s) == [0.75]
+    assert figures.robot_s == 9.25
 
 
 def finished_record():

@@ -49,8 +49,8 @@ TIPPED = {'x': 'zyx', 'y': 'xzy', 'z': 'xyz'}
 TRAY_MM, TRAY_HEIGHT_MM = 660.0, 500.0
 #: An edge swings past below that arm, with what it keeps clear of (diagonal of the tipped sides).
 TRAY_SWING_MM = 550.0
-#: Robot time in which it tips a box, or goes back, seconds: assumed, see docs/decisions.md.
-TILT_TIME_S = 1.8
+#: Robot time in which it tips a box, or tips it back, seconds: assumed, see docs/decisions.md.
+TILT_TIME_S = 1.5
 
 _UP_FLAGS = {
     'x': UP_POS_X | UP_NEG_X,

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from pack_msgs_py.geometry.footprint import planned_footprint
+from pack_msgs_py.geometry.footprint import oriented_offset, planned_footprint
 from pack_msgs_py.geometry.polygon import Rect, hull_distance, overlap
 from pack_msgs_py.orientation import ORIENTATIONS, orientation_allowed
 from pack_msgs_py.profiles import Profile, planned_size
@@ -252,9 +252,8 @@ def _support(
 def centre_of_mass(placed: PlacedBox) -> tuple[float, float]:
     """Centre of mass over the footprint, bin frame, millimetres."""
     x0, y0, x1, y1 = planned_footprint(placed)
-    axes = ['xyz'.index(axis) for axis in placed.orientation]
-    offset = placed.box.com_offset_mm
-    return ((x0 + x1) / 2 + offset[axes[0]], (y0 + y1) / 2 + offset[axes[1]])
+    dx, dy, _ = oriented_offset(placed.box.com_offset_mm, placed.orientation)
+    return ((x0 + x1) / 2 + dx, (y0 + y1) / 2 + dy)
 
 
 def _loads(placed: PlacedBox, others: Sequence[PlacedBox], profile: Profile) -> Iterator[Violation]:

@@ -7,8 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pack_msgs_py.geometry.polygon import hull_distance
+from pack_msgs_py.geometry.pose import rotated
+from pack_msgs_py.orientation import ORIENTATIONS, QUATERNIONS, oriented_size
 from pack_msgs_py.profiles import PROFILES, Profile, find_profile, planned_size
-from pack_msgs_py.rules import GRAVITY, Rule, top_loads, violations
+from pack_msgs_py.rules import GRAVITY, Rule, centre_of_mass, top_loads, violations
 from pack_msgs_py.validator import validate_bins, validate_sequence
 from pack_msgs_py.values import UP_POS_Z, Bin, Box, PlacedBox, parse_bin
 
@@ -103,6 +105,16 @@ def test_the_centre_of_mass_stays_inside_the_support_polygon():
     assert broken(square, ell, strict) == set()
     tipped = put('c', (0, 0, 100), (400, 400, 100), com_offset_mm=(120, 120, 0))
     assert broken(tipped, ell, strict) == {Rule.CENTRE_OF_MASS}
+
+
+@pytest.mark.parametrize('orientation', ORIENTATIONS)
+def test_the_centre_of_mass_goes_with_the_turn_that_the_arm_makes(orientation):
+    box = Box('a', (300, 200, 100), com_offset_mm=(30.0, -20.0, 10.0))
+    size = oriented_size(box.size_mm, orientation)
+    placed = PlacedBox(box, (0, 0, 0), size, orientation)
+    turned = rotated(QUATERNIONS[orientation], box.com_offset_mm)
+    x, y = centre_of_mass(placed)
+    assert (x - size[0] / 2, y - size[1] / 2) == pytest.approx(turned[:2])
 
 
 def test_a_share_of_the_base_must_rest():

@@ -83,8 +83,9 @@ def _smoothed(corners: Array, reach: float) -> Array:
         lengths[end] = max(1e-3, lengths[end], min(1.2 * reach, _STRETCH * lengths[end]))
     at_corner = np.r_[0.0, np.cumsum(lengths)]
     total = at_corner[-1]
-    count = math.ceil(total / _FINE) + 1
-    half = max(1, round(reach / (total / (count - 1)) / 4))
+    count = max(9, math.ceil(total / _FINE) + 1)
+    # No wider than the whole line, or mirroring it would not keep its ends.
+    half = max(1, min(round(reach / (total / (count - 1)) / 4), (count - 1) // 4))
     at = np.linspace(0.0, total, count)
     pad = 4 * half
     box = np.ones(2 * half + 1) / (2 * half + 1)

@@ -27,14 +27,14 @@ class _State:
     """Where the belt is, in micrometres.
 
     ``travel_um`` is how far it still has to move, signed; ``pick_offset_um`` where it was when a
-    box was last picked, and ``pick_turned_s`` how far the tray was turned. ``up`` is the axis that
-    is to be up of the box that is brought.
+    box was last picked, and ``pick_back_s`` how long the tray needed to go back then. ``up`` is the
+    axis that is to be up of the box that is brought.
     """
 
     offset_um: int = 0
     travel_um: int = 0
     pick_offset_um: int = 0
-    pick_turned_s: float = 0.0
+    pick_back_s: float = 0.0
     up: str = 'z'
 
 
@@ -153,7 +153,7 @@ class IndexingBelt(Drive):
             self._state = replace(
                 self._state,
                 pick_offset_um=-self._phase[slot] % self._length,
-                pick_turned_s=self._tray.turned_s if on_tray else 0.0,
+                pick_back_s=replace(self._tray, loaded=False).back_s if on_tray else 0.0,
             )
             for other in self._riders:
                 if other is not None:
@@ -198,7 +198,7 @@ class IndexingBelt(Drive):
                     slot=slot,
                     s_m=place / _UM,
                     distance_m=self._distance(place) / _UM,
-                    travel_time_s=max(way_s, self._state.pick_turned_s),
+                    travel_time_s=max(way_s, self._state.pick_back_s),
                     laps=rider.laps,
                     held=held,
                     opens_s=max(self._arrived_s, rider.since_s) if held else None,
@@ -253,7 +253,7 @@ class IndexingBelt(Drive):
         tray, state = self._tray, self._state
         travel_s = abs(state.travel_um) / _UM / self._belt_speed
         goes_on = tray.loaded and not state.travel_um and tray.axis in ('z', state.up)
-        back_s = 0.0 if goes_on else tray.turned_s
+        back_s = 0.0 if goes_on else tray.back_s
         if not tray.loaded:
             back_s = max(0.0, back_s - travel_s)
         done_s = tray.turned_s if goes_on else 0.0

@@ -50,7 +50,7 @@ class Declaration:
     metavar: str = ''
     values: str = ''
     default_text: str = ''
-    by_profile: Mapping[str, float] | None = None
+    by_profile: Mapping[str, float | str] | None = None
     see: str = ''
     flag: bool = False
     repeated: bool = False
@@ -83,8 +83,10 @@ class Declaration:
     def says_default(self) -> str:
         """The default, in Markdown."""
         if self.by_profile is not None:
-            values = (f'{value:g} with `{name}`' for name, value in self.by_profile.items())
-            return ', '.join(values)
+            return ', '.join(
+                f'{f"`{value}`" if isinstance(value, str) else f"{value:g}"} with `{name}`'
+                for name, value in self.by_profile.items()
+            )
         if self.flag:
             return 'off'
         return self.default_text or (f'`{self.default}`' if self.default else 'none')

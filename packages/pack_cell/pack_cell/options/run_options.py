@@ -52,6 +52,8 @@ from pack_planner.algorithms import BUILT_IN
 SCAN_SIGMA_MM = {'cell': 2.0, 'dense': 2.0, 'paper': 0.0}
 #: Orientation rule of planner and executor by the faces that the arm takes boxes by.
 GRASP_FACES = {'top': 'upright', 'any': 'upright_or_front_up', 'tray': UPRIGHT_OR_TIPPED}
+#: By which faces boxes are taken, by profile.
+USUAL_FACES = {'cell': 'top', 'dense': 'top', 'paper': 'top'}
 #: What else is off when the sizes are, in kilograms and degrees.
 SCAN_SIGMA_KG, SCAN_SIGMA_DEG = 0.02, 0.3
 
@@ -349,8 +351,8 @@ class RunOptions:
         as_parameter=lambda path: str(path.resolve()) if path else '',
     )
     grasp_faces: str = option(
-        'top',
-        'faces by which the arm takes boxes',
+        '',
+        'faces by which the arm takes boxes; a continuous belt has no tray: there `top`',
         _ACT,
         read=OneOf(
             lambda: {
@@ -359,13 +361,14 @@ class RunOptions:
                 'tray': 'a tilt tray at the pick point brings front or left end up',
             }
         ),
+        by_profile=USUAL_FACES,
         see='cell_layout.md#the-tilt-tray',
         parameters=('planner.orientations', 'arm_executor.orientations'),
         as_parameter=GRASP_FACES.__getitem__,
     )
     tilt_time_s: float = option(
         f'{TILT_TIME_S}',
-        'robot time in which that tray tips a box, or goes back',
+        'robot time in which that tray tips a box, or tips it back',
         _ACT,
         name='tilt_time',
         read=NumberRange(0.1, 60, 's'),
@@ -438,6 +441,8 @@ def run_options(given: Mapping[str, Any]) -> RunOptions:
             )
         elif named.declaration.by_profile is not None:
             values[named.key] = named.declaration.by_profile[profile]
+    if 'grasp_faces' not in given and values.get('belt_mode') == 'continuous':
+        values['grasp_faces'] = 'top'
     return RunOptions(**values)
 
 

@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 from pack_msgs_py.geometry.polygon import Rect
-from pack_msgs_py.orientation import oriented_size
+from pack_msgs_py.geometry.pose import rotated
+from pack_msgs_py.orientation import QUATERNIONS, oriented_size
 from pack_msgs_py.values import PlacedBox, Vec3
 
 
 def true_size(placed: PlacedBox) -> Vec3:
     """Sizes of the box along the bin's axes without what was reserved around it, mm."""
     return oriented_size(placed.box.size_mm, placed.orientation)
+
+
+def oriented_offset(offset_mm: Vec3, orientation: str) -> Vec3:
+    """``offset_mm``, box axes, along the bin's axes once the box is placed in ``orientation``."""
+    x, y, z = rotated(QUATERNIONS[orientation], offset_mm)
+    return (round(x, 9), round(y, 9), round(z, 9))
 
 
 def planned_footprint(placed: PlacedBox) -> Rect:

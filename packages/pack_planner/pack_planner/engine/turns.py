@@ -9,6 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from pack_msgs_py.geometry.footprint import oriented_offset
 from pack_msgs_py.orientation import ORIENTATIONS, allowed_orientations, oriented_size
 from pack_msgs_py.profiles import Profile, planned_size
 from pack_msgs_py.values import Box, Int3, Vec3
@@ -39,7 +40,6 @@ class Turns:
 def turns_of(box: Box, profile: Profile) -> Turns:
     """The orientations that ``profile`` allows ``box``."""
     names = allowed_orientations(box, profile.orientations)
-    axes = [['xyz'.index(axis) for axis in name] for name in names]
     planned = [planned_size(box, name, profile) for name in names]
     true = [oriented_size(box.size_mm, name) for name in names]
     sures = [
@@ -50,7 +50,7 @@ def turns_of(box: Box, profile: Profile) -> Turns:
         np.array(planned, np.int64).reshape(-1, 3),
         np.array([ORIENTATIONS.index(name) for name in names], np.int64),
         np.array(
-            [[box.com_offset_mm[a], box.com_offset_mm[b]] for a, b, _ in axes], np.float64
+            [oriented_offset(box.com_offset_mm, name)[:2] for name in names], np.float64
         ).reshape(-1, 2),
         np.array(sures, np.float64).reshape(-1, 4),
     )
