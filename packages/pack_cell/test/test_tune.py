@@ -3,17 +3,11 @@
 from __future__ import annotations
 
 import json
-import signal
-import subprocess
-import sys
-import time
 
 import pytest
 
 from pack_cell.bench.runner import Workers
 from pack_cell.cli import main
-from pack_cell.options.run_options import parse_run_options
-from pack_cell.running.node_parameters import tuned_note
 from pack_cell.tune.checking import Gain
 from pack_cell.tune.search import Limits, search
 from pack_cell.tune.space import LIMITS, UNIT, WeightSpace
@@ -24,8 +18,7 @@ from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import parse_bin
 from pack_planner import find_algorithm
 from pack_planner.algorithms.registry import SPECS
-from pack_planner.algorithms.tuned_tables import read_table, write_table
-from pack_planner.algorithms.tuned_weights import TunedEntry, TunedTable
+from pack_planner.algorithms.tuned_tables import read_table
 
 #: A rule that uses a bin up to a share of its height, and closes it then.
 RULE = """
@@ -107,29 +100,6 @@ def test_it_goes_on_where_it_was_and_ends_where_one_run_would(folder, capsys):
     assert capsys.readouterr().err == ''
     once, twice = (read_table(folder / name).entries for name in ('once.json', 'twice.json'))
     assert once == twice
-
-
-@pytest.mark.slow
-def test_after_an_interrupt_the_same_command_goes_on(folder):
-    command = [sys.executable, '-m', 'pack_cell', 'tune', *FEW, '--algorithm', './mine.py:mine',
-               '--evaluations', '18']  # fmt: skip
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
-    trials = folder / 'tuned.json.trials'
-    deadline = time.monotonic() + 100.0
-    while not trials.exists() or trials.read_text().count('\n') < 4:
-        assert process.poll() is None and time.monotonic() < deadline
-        time.sleep(0.005)
-    process.send_signal(signal.SIGINT)
-    _, error = process.communicate(timeout=100.0)
-    assert process.returncode == 130
-    assert (
-        error.splitlines()[-1] == ('cell tune: interrupted; the same command goes on from here')
-        and 'Traceback' not in error
-    )
-    assert not (folder / 'tuned.json').exists()
-    known = trials.read_text()
-    assert tune('--evaluations', 18) == 0
-    assert trials.read_text().startswith(known)
 
 
 def test_what_a_file_holds_for_others_stays(folder):
@@ -243,27 +213,3 @@ def test_time_ends_the_search_between_two_trials(folder):
 ])  # fmt: skip
 def test_the_verdict_weighs_the_gain_against_chance(after, verdict):
     assert Gain((60.0, 61.0), after).verdict == verdict
-
-
-def test_a_file_that_was_made_for_something_else_is_said_to_be(folder, capsys):
-    entry = TunedEntry('foresight', 'RC', (1200, 700, 1600), 'dense', 'any', (('lost', 1.0),))
-    write_table(TunedTable((entry,)), folder / 'cage.json')
-    given = ['--algorithm', 'foresight', '--tuned', 'cage.json', '--profile', 'dense']
-    options = parse_run_options([*given, '--bin', 'LDC'])
-    told = 'tuned for RC, dense, any; used for LDC, dense, upright'
-    assert tuned_note(options) == f'{folder / "cage.json"} was {told}'
-    assert tuned_note(parse_run_options(['--bin', 'LDC'])) == ''
-    few = ['--algorithms', 'foresight', '--bins', '60x40x40', '--boxes', 'boxes.csv']
-    assert main(['bench', *few, '--profile', 'dense', '--tuned', 'cage.json']) == 0
-    expected = 'note: cage.json was tuned for RC, dense, any; used for 60x40x40, dense, upright'
-    assert expected in capsys.readouterr().err
-
-
-def test_a_run_refuses_weights_that_are_not_for_its_algorithm(folder, capsys):
-    entry = TunedEntry('foresight', 'RC', (1200, 700, 1600), 'dense', 'any', (('lost', 1.0),))
-    write_table(TunedTable((entry,)), folder / 'cage.json')
-    assert main(['run', '--algorithm', 'rollout', '--tuned', 'cage.json']) == 2
-    assert "algorithm 'rollout' has no weights to tune" in capsys.readouterr().err
-    few = ['--algorithms', 'rollout,dbl', '--bins', '60x40x40']
-    assert main(['bench', *few, '--tuned', 'cage.json']) == 2
-    assert "algorithm 'rollout' has no weights to tune" in capsys.readouterr().err

@@ -5,7 +5,6 @@ from __future__ import annotations
 import random
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from planner_cases import SMALL, coarse, random_bin, random_box
 
@@ -16,7 +15,6 @@ from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin
 from pack_planner.algorithms import Problem, find_algorithm
 from pack_planner.engine import Engine
 from pack_planner.engine.placements import all_spots
-from pack_planner.engine.surroundings import sides
 
 
 def cube(name, edge):
@@ -30,39 +28,6 @@ def placed(name, corner, size):
 def decide(engine, boxes, *bins, **more):
     models = tuple(engine.model(target) for target in bins)
     return find_algorithm('rollout')(Problem(engine, tuple(boxes), models, **more))
-
-
-def beside_by_cells(placement, target):
-    """Touched share of the sides and level share of the border, centimetre by centimetre."""
-    length, breadth, _ = target.spec.size_mm
-    heights = np.zeros((length // 10 + 2, breadth // 10 + 2))
-    for other in target.boxes:
-        (x0, y0, _), (x1, y1, top) = other.corner_mm, other.far_mm
-        part = heights[x0 // 10 + 1 : x1 // 10 + 1, y0 // 10 + 1 : y1 // 10 + 1]
-        np.maximum(part, top, out=part)
-    heights[0], heights[-1], heights[:, 0], heights[:, -1] = [1e9] * 4
-    (x0, y0, z), (x1, y1, top) = placement.corner_mm, placement.far_mm
-    i0, j0, i1, j1 = x0 // 10 + 1, y0 // 10 + 1, x1 // 10 + 1, y1 // 10 + 1
-    border = np.concatenate(
-        [heights[i0 - 1, j0:j1], heights[i1, j0:j1], heights[i0:i1, j0 - 1], heights[i0:i1, j1]]
-    )
-    touched = np.clip(np.minimum(border, top) - z, 0, None).mean() / (top - z)
-    return touched, (border == top).mean()
-
-
-@pytest.mark.parametrize('profile', PROFILES)
-def test_what_lies_against_the_sides_is_counted_as_cell_by_cell(profile):
-    engine, rng = Engine(PROFILES[profile]), random.Random(4)
-    checked = 0
-    for count in (0, 3, 8):
-        target = random_bin(engine, rng, count)
-        new = Box('new', (90.0, 70.0, 60.0))
-        spots = all_spots(engine, new, engine.model(target), far_ends=True)
-        shares = sides(spots, engine.model(target))
-        for row in range(0, len(spots), 1 + len(spots) // 60):
-            assert shares[row] == pytest.approx(beside_by_cells(spots.placed(row), target))
-            checked += 1
-    assert checked > 50
 
 
 def test_a_box_goes_where_it_fits_snugly(paper):

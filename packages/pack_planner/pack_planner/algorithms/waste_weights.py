@@ -2,12 +2,27 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pack_planner.engine import waste
+
+#: Terms that depend on the place alone.
+_TERMS = (
+    'lost', 'touched', 'level', 'spread', 'snug', 'near_mm', 'level_mm', 'hollow', 'above',
+    'beside', 'tall', 'slender',
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
 class WasteWeights:
     """What makes a placement wasteful, and by how much.
+
+    Room that stays empty on average is what :func:`pack_planner.engine.room.unusable` says of the
+    boxes in the open bins and in the look-ahead, with ``choices`` to choose from at a time.
 
     Attributes
     ----------
@@ -23,6 +38,14 @@ class WasteWeights:
     no_place : for a box of the look-ahead that finds no place any more.
     far_ends : whether also the farthest positions count at which a box's surroundings stay the
         same, flush with what lies beyond.
+    level_mm : how far tops may differ that count as level, millimetres.
+    hollow : for the share of its base that nothing carries.
+    above : for the room that stays empty on average above its top, less that above what is now
+        under it, over its own volume.
+    beside : the same along its four sides, as far as it is high.
+    tall : for the height of its top, over that of the bin.
+    slender : for its height, over the shorter edge of its base.
+    choices : see above.
     """
 
     lost: float
@@ -35,3 +58,24 @@ class WasteWeights:
     snug: float = 0.0
     near_mm: float = 0.0
     far_ends: bool = False
+    level_mm: float = 0.0
+    hollow: float = 0.0
+    above: float = 0.0
+    beside: float = 0.0
+    tall: float = 0.0
+    slender: float = 0.0
+    choices: float = 2.0
+
+    def __post_init__(self) -> None:
+        for name in ('lost', 'hollow', 'above', 'beside'):
+            value = getattr(self, name)
+            if not 0 <= value < math.inf:
+                msg = f'weight {name!r} is {value}; it must be 0 or more'
+                raise ValueError(msg)
+
+    def array(self) -> NDArray[np.float64]:
+        """The weights where :mod:`pack_planner.engine.waste` looks for them."""
+        weights = np.zeros(waste.WEIGHTS)
+        for name in _TERMS:
+            weights[getattr(waste, name.upper())] = getattr(self, name)
+        return weights

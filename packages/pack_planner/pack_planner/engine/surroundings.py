@@ -46,50 +46,6 @@ def border(spots: Spots, model: BinModel) -> Floats:
     return neighbours
 
 
-def sides(spots: Spots, model: BinModel) -> Floats:
-    """What lies against each placement, float64 (n, 2), shares from 0 to 1.
-
-    Share of its four sides that lies against walls or below the height map beside it, and share of
-    the border of its top where the height map beside it is level with that.
-    """
-    shares: Floats = _sides(
-        model.source.spec.size_mm, model.columns, model.rows, model.height,
-        spots.corners, spots.sizes,
-    )  # fmt: skip
-    return shares
-
-
-@njit(cache=True, nogil=True)
-def _sides(bin_size, columns, rows, height, corners, sizes):  # type: ignore[no-untyped-def]
-    shares = np.zeros((len(corners), 2))
-    for index in range(len(corners)):
-        x, y, z = corners[index]
-        dx, dy, dz = sizes[index]
-        far_x, far_y, top = x + dx, y + dy, z + dz
-        walls = dy * (int(x == 0) + int(far_x == bin_size[0]))
-        walls += dx * (int(y == 0) + int(far_y == bin_size[1]))
-        touched, level = walls * dz, 0
-        for i in range(len(columns) - 1):
-            if columns[i + 1] < x or columns[i] > far_x:
-                continue
-            wide = max(min(columns[i + 1], far_x) - max(columns[i], x), 0)
-            left = columns[i] < x <= columns[i + 1]
-            right = columns[i] <= far_x < columns[i + 1]
-            for j in range(len(rows) - 1):
-                if rows[j + 1] < y or rows[j] > far_y or height[i, j] <= z:
-                    continue
-                deep = max(min(rows[j + 1], far_y) - max(rows[j], y), 0)
-                front = rows[j] < y <= rows[j + 1]
-                back = rows[j] <= far_y < rows[j + 1]
-                along = deep * (int(left) + int(right)) + wide * (int(front) + int(back))
-                touched += along * (min(height[i, j], top) - z)
-                if height[i, j] == top:
-                    level += along
-        shares[index, 0] = touched / (2.0 * (dx + dy) * dz)
-        shares[index, 1] = level / (2.0 * (dx + dy))
-    return shares
-
-
 @njit(cache=True, nogil=True)
 def _gaps(bin_size, columns, rows, height, corners, sizes):  # type: ignore[no-untyped-def]
     distances = np.empty((len(corners), 4), np.int64)
