@@ -45,7 +45,8 @@ def plain(problem):
 """
 BOXES = 'id,length_mm,width_mm,height_mm\na,200,200,80\nb,300,200,80\nc,200,100,80\n'
 FEW = ('--bin', '60x40x40', '--boxes', 'draw:boxes.csv', '--profile', 'paper', '--orientations',
-       'upright', '--scan-sigma', '0', '--check-streams', '4', '--stream-bins', '3')  # fmt: skip
+       'upright', '--scan-sigma', '0', '--check-streams', '3', '--stream-bins', '3', '--streams',
+       '1', '--step', '0.15')  # fmt: skip
 
 
 @pytest.fixture
@@ -65,8 +66,8 @@ def tune(*arguments):
         return leaving.code
 
 
-def test_it_finds_better_weights_and_the_cell_takes_them(folder, capsys):
-    assert tune('--evaluations', 18, '--json', 'o.json', '--jobs', 2) == 0
+def test_it_finds_better_weights(folder, capsys):
+    assert tune('--evaluations', 18, '--json', 'o.json') == 0
     output = capsys.readouterr()
     told = json.loads((folder / 'o.json').read_text())
     assert told['check']['verdict'] == 'better'
@@ -77,12 +78,18 @@ def test_it_finds_better_weights_and_the_cell_takes_them(folder, capsys):
     (entry,) = read_table(folder / 'tuned.json').entries
     assert (entry.algorithm, entry.bin_name, entry.profile) == ('mine.py:mine', '60x40x40', 'paper')
     assert entry.made['seed'] == 1
+
+
+def test_a_benchmark_packs_with_them_in_other_processes_too(folder):
+    entry = TunedEntry('mine.py:mine', '60x40x40', (600, 400, 400), 'paper', 'upright',
+                       (('lid', 1.0),))  # fmt: skip
+    write_table(TunedTable((entry,)), folder / 'tuned.json')
     bench = ['bench', '--algorithms', './mine.py:mine', '--bins', '60x40x40', '--collections', '2',
              '--boxes', 'boxes.csv', '--orientations', 'upright', '--json']  # fmt: skip
     assert main([*bench, 'own.json']) == 0
-    assert main([*bench, 'tuned_record.json', '--tuned', 'tuned.json', '--jobs', '2']) == 0
+    assert main([*bench, 'with.json', '--tuned', 'tuned.json', '--jobs', '2']) == 0
     before, after = (
-        json.loads((folder / name).read_text())[0] for name in ('own.json', 'tuned_record.json')
+        json.loads((folder / name).read_text())[0] for name in ('own.json', 'with.json')
     )
     assert after['fill_closed'] > before['fill_closed'] + 5.0
     assert after['settings']['tuned_digest']
@@ -126,6 +133,7 @@ def test_what_is_not_better_is_not_written(folder, capsys):
     (['--boxes', 'none.csv'], 'none.csv'),
     (['--start', 'none.json'], 'none.json cannot be read'),
     (['--bin', 'XXL'], 'XXL'),
+    (['--only', 'lid,depth'], "no weight 'depth' to search: use some of lid, lean"),
     (['--stream-bins', '1'], 'raise --stream-bins, now 1'),
     (['--seed', '2', '--out', 'other.json'], 'of a tuning with other options'),
     (['--out', 'mine.py'], 'are not JSON'),
@@ -192,6 +200,14 @@ def test_a_point_of_the_space_is_weights_and_the_start_is_one():
     assert dict(space.weights(space.first)) == pytest.approx(dict(space.start), abs=0.1)
     kept = {name: value for name, value in space.start if name not in space.names}
     assert kept.items() <= dict(space.weights(0 * space.first)).items()
+
+
+def test_only_what_is_asked_for_is_searched():
+    own = find_algorithm('foresight').weights
+    space = WeightSpace(own, ('snug', 'lost'))
+    assert space.names == ('lost', 'snug')
+    moved = dict(space.weights(0 * space.first))
+    assert {name for name, value in space.start if moved[name] != value} == {'lost', 'snug'}
 
 
 def test_time_ends_the_search_between_two_trials(folder):

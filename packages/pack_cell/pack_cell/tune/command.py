@@ -84,6 +84,8 @@ def settings_of(arguments: argparse.Namespace) -> TuneSettings:
         streams=arguments.streams,
         check_streams=arguments.check_streams,
         seed=arguments.seed,
+        only=tuple(filter(None, arguments.only.split(','))),
+        step=arguments.step,
     )
 
 
@@ -98,7 +100,7 @@ def _run(arguments: argparse.Namespace, command: str) -> int:
 
     began = time.monotonic()
     settings = settings_of(arguments)
-    space = WeightSpace(_start(arguments, settings))
+    space = WeightSpace(_start(arguments, settings), settings.only)
     out: Path = arguments.out
     table = _table_so_far(out)
     note = _nobody if arguments.quiet else _to_stderr

@@ -85,6 +85,15 @@ def add_tune(verbs: Any) -> None:  # noqa: ANN401 - argparse names no type for i
         '--stream-bins', type=NumberRange(1, 1000, 'bins'), default=6.0, metavar='N',
         help='bins that the boxes of a stream would fill (default 6)',
     )  # fmt: skip
+    how.add_argument(
+        '--only', default='', metavar='NAMES',
+        help='weights to search, with commas between them; the fewer, the sooner (default all)',
+    )  # fmt: skip
+    how.add_argument(
+        '--step', type=NumberRange(0, 0.5, above=True), default=0.08, metavar='X',
+        help='how far the first candidates lie from the start, as a share of the range of each '
+        'weight (default 0.08)',
+    )  # fmt: skip
     how.add_argument('--seed', type=whole(0, 2**31 - 1), default=1, metavar='N', help='default 1')
     where = parser.add_argument_group('where to run')
     where.add_argument(

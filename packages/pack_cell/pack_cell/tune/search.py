@@ -22,9 +22,6 @@ from pack_cell.tune.space import WeightSpace
 from pack_cell.tune.trials import TrialBook
 from pack_cell.tune.values import TRAINING, Trial, TuneSettings, Weighting
 
-#: First standard deviation along each axis of the unit cube.
-STEP = 0.15
-
 
 @dataclass(frozen=True)
 class Generation:
@@ -87,7 +84,7 @@ def search(
     what ``book`` has from an earlier run is not packed again.
     """
     bounds = np.tile((0.0, 1.0), (len(space.names), 1))
-    optimizer = CMA(mean=space.first, sigma=STEP, bounds=bounds, seed=settings.seed)
+    optimizer = CMA(mean=space.first, sigma=settings.step, bounds=bounds, seed=settings.seed)
     generations: list[Generation] = []
     evaluations = 0
     while not limits.are_reached(evaluations):

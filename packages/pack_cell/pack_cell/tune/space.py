@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -34,17 +35,28 @@ class WeightSpace:
     Parameters
     ----------
     start : a dataclass of weights. Numbers with a fraction are searched, all else stays.
+    only : names of those to search; empty for all of them.
 
     Attributes
     ----------
     names : of the weights that are searched, one for each axis.
+
+    Raises
+    ------
+    ValueError
+        One of ``only`` is not the name of such a weight.
     """
 
-    def __init__(self, start: Any) -> None:  # noqa: ANN401 - a dataclass of any algorithm
+    def __init__(self, start: Any, only: Sequence[str] = ()) -> None:  # noqa: ANN401 - a dataclass of any algorithm
         self.start: Weighting = tuple(asdict(start).items())
         values = {
             name: value for name, value in self.start if isinstance(value, float) and name != UNIT
         }
+        for name in only:
+            if name not in values:
+                msg = f'no weight {name!r} to search: use some of {", ".join(values)}'
+                raise ValueError(msg)
+        values = {name: value for name, value in values.items() if name in (only or values)}
         limits = [LIMITS.get(name, _around(value)) for name, value in values.items()]
         self.names = tuple(values)
         self._low = np.array([low for low, _ in limits])

@@ -29,6 +29,8 @@ class TuneSettings:
     streams : how many an evaluation packs.
     check_streams : on how many others the result is checked.
     seed : of streams and search.
+    only : names of the weights to search; empty for all that are numbers with a fraction.
+    step : first standard deviation of the search, as a share of the range of each weight.
     """
 
     algorithm: str
@@ -42,12 +44,15 @@ class TuneSettings:
     streams: int = 2
     check_streams: int = 12
     seed: int = 1
+    only: tuple[str, ...] = ()
+    step: float = 0.08
 
     @property
     def identity(self) -> dict[str, Any]:
         """All of it but the number of check streams, as JSON."""
         bin_spec = {'name': self.bin_spec.name, 'size_mm': list(self.bin_spec.size_mm)}
-        values = {**asdict(self), 'boxes': list(self.boxes), 'bin_spec': bin_spec}
+        lists = {'boxes': list(self.boxes), 'only': list(self.only)}
+        values = {**asdict(self), **lists, 'bin_spec': bin_spec}
         del values['check_streams']
         return values
 
