@@ -22,6 +22,13 @@ LIMITS = {
     'no_place': (0.0, 6.0),
     'snug': (-0.5, 1.5),
     'near_mm': (20.0, 160.0),
+    'level_mm': (0.0, 30.0),
+    'hollow': (0.0, 2.0),
+    'above': (0.0, 1.5),
+    'beside': (0.0, 1.5),
+    'tall': (-1.0, 1.5),
+    'slender': (-0.3, 0.5),
+    'choices': (1.0, 6.0),
 }
 UNIT = 'touched'
 
