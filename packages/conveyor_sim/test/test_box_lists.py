@@ -143,6 +143,7 @@ def test_what_can_be_read_in_two_ways_is_refused_with_both(read, text, words):
         ('length_mm,width_mm,height_mm,qty,Menge\n1,1,1,1,1\n', 'may both be the quantity'),
         ('length_mm,width_mm\n1,1\n', 'no column height; found length_mm, width_mm'),
         ('length_mm,width_mm,height_mm,max load\n1,1,1,1\n', ''),
+        ('30,20,10\n30,20,11\n', 'found 30, 20, 10; the first line has to name the columns'),
         (
             'length_mm,width_mm,height_mm,max top load\n1,1,1,1\n',
             'call it max_top_load_n',
@@ -220,7 +221,7 @@ def written(value, mark, grouped):
     return text.translate(str.maketrans(',.', '.,')) if mark == COMMA else text
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(
     st.lists(st.integers(1, 9_999_999), min_size=1, max_size=6),
     st.sampled_from([POINT, COMMA]),
@@ -361,7 +362,7 @@ TEXTS = st.text(
 NAMES = st.one_of(TEXTS, st.sampled_from(['=1+1', '+4', '-3', '@x', "'=1", "''@", '"q"', 'a;b|c']))
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(
     st.lists(
         st.tuples(NAMES, NAMES, st.floats(0.1, 9999), st.floats(0.001, 99), st.integers(1, UP_ANY)),
@@ -369,7 +370,7 @@ NAMES = st.one_of(TEXTS, st.sampled_from(['=1+1', '+4', '-3', '@x', "'=1", "''@"
     )
 )  # fmt: skip
 def test_our_own_format_reads_back_the_same_and_holds_no_formula(tmp_path_factory, rows):
-    path = tmp_path_factory.mktemp('own') / 'clean.csv'
+    path = tmp_path_factory.getbasetemp() / 'clean.csv'
     boxes = tuple(
         Box(name, (edge, 20.5, 10), weight, allowed_up=up, max_top_load_n=edge,
             destination=to, extra=(('sku', to), ('Name', name)))

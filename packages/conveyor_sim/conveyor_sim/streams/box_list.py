@@ -6,7 +6,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from conveyor_sim.streams.box_records import (
     DEFAULT_DENSITY_KG_PER_MM3,
@@ -137,13 +137,13 @@ class _BoxMaker:
     def entries(self) -> Iterator[Entry]:
         """Each row as boxes or as a rejected row, in order."""
         reserved = {stem for stem, total in self._totals.items() if total == 1}
-        taken: set[str] = set()
+        taken = _Names(reserved)
         rows = zip(self._table.rows, self._stems, self._pieces, strict=True)
         for number, (row, stem, pieces) in enumerate(rows, start=1):
             unnamed = f'row-{row.line or number}'
             box: Box | None = None
             for piece in range(1, (pieces if isinstance(pieces, int) else 1) + 1):
-                name = self._name(stem, unnamed, piece, pieces, reserved | taken)
+                name = self._name(stem, unnamed, piece, pieces, taken)
                 try:
                     if isinstance(pieces, _BadCell):
                         raise pieces
@@ -151,7 +151,7 @@ class _BoxMaker:
                     entry: Entry = box
                 except _BadCell as error:
                     entry = self._rejected(row, error, name, unnamed, pieces, taken)
-                taken.add(entry.id if isinstance(entry, Box) else entry.box_id)
+                taken.given.add(entry.id if isinstance(entry, Box) else entry.box_id)
                 yield entry
                 if isinstance(entry, RejectedRow):
                     break
@@ -211,15 +211,15 @@ class _BoxMaker:
         return '-'.join(filter(None, (self._text(row, 'source'), order, sequence)))
 
     def _name(
-        self, stem: str, unnamed: str, piece: int, pieces: int | _BadCell, known: set[str]
+        self, stem: str, unnamed: str, piece: int, pieces: int | _BadCell, known: _Names
     ) -> str:
         if not stem:
             name = unnamed if pieces == 1 else f'{unnamed}/{piece}'
-            return _fresh(name, known)
+            return known.fresh(name)
         if self._totals[stem] == 1:
             return stem
         self._seen[stem] += 1
-        return _fresh(f'{stem}/{self._seen[stem]}', known)
+        return known.fresh(f'{stem}/{self._seen[stem]}')
 
     def _rejected(
         self,
@@ -228,14 +228,14 @@ class _BoxMaker:
         name: str,
         unnamed: str,
         pieces: int | _BadCell,
-        taken: set[str],
+        taken: _Names,
     ) -> RejectedRow:
         cell = f', column {error.column}: {error.value!r} ' if error.column else ': '
         text = f'{self._file}, {row.place}{cell}{error}'
         if isinstance(pieces, int) and pieces > 1:
             text += f' ({pieces} boxes)'
         usable = len(name) <= MAX_ID_LENGTH and name.isprintable()
-        name = name if usable else _fresh(unnamed, taken)
+        name = name if usable else taken.fresh(unnamed)
         return RejectedRow(
             name, self._file, row.line, error.column, error.value, Reason.INVALID_DATA, text
         )
@@ -359,7 +359,15 @@ class _BoxMaker:
         return load
 
 
-def _fresh(wanted: str, taken: set[str]) -> str:
-    while wanted in taken:
-        wanted += '_'
-    return wanted
+@dataclass(frozen=True)
+class _Names:
+    """Names of boxes: those that rows will have, and those that are given."""
+
+    reserved: set[str]
+    given: set[str] = field(default_factory=set)
+
+    def fresh(self, wanted: str) -> str:
+        """``wanted``, or the like of it that no other box has."""
+        while wanted in self.reserved or wanted in self.given:
+            wanted += '_'
+        return wanted

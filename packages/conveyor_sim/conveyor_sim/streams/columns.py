@@ -127,7 +127,8 @@ def understood_columns(table: BoxTable, file: str, reading: Reading) -> Columns:
         missing = missing_sizes({*named})
         if missing:
             found = ', '.join(header[:40] for header in table.headers[:12])
-            msg = f'no column {", ".join(missing)}; found {found}'
+            hint = '' if named else '; the first line has to name the columns'
+            msg = f'no column {", ".join(missing)}; found {found}{hint}'
             raise BoxFileError(msg)
         uses = _with_axes(named)
         uses = _with_decimals(uses, table, reading)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 
 from conveyor_sim.streams.box_list import BoxList, box_list
@@ -15,6 +16,8 @@ from conveyor_sim.streams.xlsx_file import xlsx_table
 #: The stream that ships with the cell: 40 cartons of public sizes.
 BUILT_IN = Path(__file__).parent.parent / 'data' / 'cartons.csv'
 
+#: The list that was read last, by its path, its content and how it was read.
+_READ: dict[tuple[Path, bytes, str], BoxList] = {}
 _MAX_BYTES = 100_000_000
 #: How a workbook begins (a ZIP archive), and one of Excel before 2007.
 _ZIP, _OLD_EXCEL = b'PK\x03\x04', b'\xd0\xcf\x11\xe0'
@@ -31,10 +34,16 @@ def read_boxes(path: str | Path = '', reading: Reading | None = None) -> BoxList
     source = Path(path).expanduser() if str(path) else BUILT_IN
     data = _bytes(source)
     reading = (reading or Reading()).beside(source)
+    key = (source, hashlib.sha256(data).digest(), repr(reading))
+    if key in _READ:
+        return _READ[key]
     found = box_list(_table(data, source, reading), source.name, reading)
     if not found.entries:
         msg = f'box file {source} holds no boxes'
         raise BoxFileError(msg)
+    # Who checks options, starts nodes and writes reports asks for the same list again and again.
+    _READ.clear()
+    _READ[key] = found
     return found
 
 

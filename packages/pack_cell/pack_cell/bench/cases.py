@@ -186,7 +186,10 @@ def _source_of_file(arguments: argparse.Namespace) -> CollectionSource:
     in_order = arguments.boxes is not None and (
         arguments.collections is None or arguments.shuffle is not None
     )
-    name = open_source(arguments.boxes or '').name
+    source = open_source(arguments.boxes or '')
+    for note in source.notes:
+        print(f'cell bench: {source.name}: {note}', file=sys.stderr)
+    name = source.name
     if not in_order:
         name += ', drawn with replacement'
     elif arguments.shuffle is not None:

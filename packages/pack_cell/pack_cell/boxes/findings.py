@@ -71,7 +71,8 @@ def histogram(boxes: Sequence[Box]) -> list[tuple[str, int]]:
     low = 0
     for high in (*EDGES_MM, 10_000):
         count = sum(low < max(box.size_mm) <= high for box in boxes)
-        classes.append((f'{low} to {high} mm', count))
+        name = f'{low} to {high} mm' if high in EDGES_MM else f'above {low} mm'
+        classes.append((name, count))
         low = high
     used = [place for place, (_, count) in enumerate(classes) if count]
     return classes[used[0] : used[-1] + 1] if used else []
