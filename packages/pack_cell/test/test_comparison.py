@@ -3,6 +3,7 @@
 import math
 
 import pytest
+import yaml
 from report_folders import ROW, closing, stacked, write_folder
 from scipy import stats
 
@@ -83,13 +84,29 @@ def test_it_says_whether_the_boxes_were_the_same(tmp_path, fed, told):
     assert told in boxes_text(one, run(tmp_path / 'other', [ROW], fed=fed))
 
 
+def configured(folder, **parameters):
+    """The folder of a run whose planner was given these."""
+    (folder / 'config').mkdir()
+    text = yaml.safe_dump({'/**': {'ros__parameters': parameters}})
+    (folder / 'config' / 'planner.param.yaml').write_text(text)
+
+
 def test_what_was_set_otherwise_is_listed_and_nothing_else(tmp_path):
-    one = run(tmp_path / 'one', [ROW], profile='cell', versions={'python': '3.11', 'numpy': '2'})
-    other = run(tmp_path / 'other', [ROW], versions={'python': '3.12', 'numpy': '2'})
-    assert settings_that_differ([one, other]) == [
+    runs = []
+    for name, profile, python in (('one', 'cell', '3.11'), ('other', 'dense', '3.12')):
+        runs.append(run(tmp_path / name, [ROW], versions={'python': python, 'numpy': '2'}))
+        configured(tmp_path / name, profile=profile, deadline_s=5.5, look_ahead=5)
+    assert settings_that_differ(runs) == [
         ('profile', ['cell', 'dense']),
         ('version of python', ['3.11', '3.12']),
     ]
+
+
+def test_parameters_that_cannot_be_read_are_as_good_as_none(tmp_path):
+    runs = [run(tmp_path / name, [ROW]) for name in ('one', 'other')]
+    configured(tmp_path / 'one', profile='cell')
+    (tmp_path / 'one' / 'config' / 'conveyor.param.yaml').write_text('{damaged')
+    assert settings_that_differ(runs) == [('profile', ['cell', '–'])]
 
 
 def test_a_difference_is_told_only_where_chance_does_not_explain_it(tmp_path):
@@ -105,10 +122,10 @@ def test_the_page_of_several_runs_holds_all_of_them(tmp_path):
     rows = stacked(48)
     closings = [closing(1), closing(2)]
     runs = [
-        run(tmp_path / '<one>', rows, closings=closings, profile='cell'),
+        run(tmp_path / '<one>', rows, closings=closings),
         run(tmp_path / 'two', faster(rows, 0.3), closings=closings),
     ]
     page = comparison_page(runs)
     assert '&lt;one&gt;' in page and '<one>' not in page
-    assert 'robot time of a box' in page and 'profile' in page
+    assert 'robot time of a box' in page and 'All settings' in page
     assert page.count('class="cards"') == 2

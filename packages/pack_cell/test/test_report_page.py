@@ -52,15 +52,16 @@ def test_a_manager_reads_how_full_how_many_and_how_many_bins_a_day(tmp_path):
     rows = [*stacked(32), REJECTED]
     folder = write_folder(
         tmp_path, rows, closings=[closing(1), closing(2)], closed_bins=2, fill_closed=97.9,
-        boxes_supplied=33, rejected=1,
+        boxes_supplied=33, rejected=1, bins_used=2, bins_offline={'least': 2, 'packed': None},
     )  # fmt: skip
-    fill, rate, bins, refused, lost = key_figures(read_run(folder))
+    fill, rate, bins, offline, refused, lost = key_figures(read_run(folder))
     assert (fill.value, rate.value, refused.value, lost.value) == ('97.9 %', '900', '1', '0')
     assert (bins.value, bins.more) == (
         '1,350',
         '450 in a shift of 8 hours; 16.0 boxes a bin',
     )
     assert (refused.what, refused.more) == ('of 33 boxes refused (3.0 %)', '1 oversize')
+    assert (offline.value, offline.more) == ('2', 'without a belt 2 at least')
     assert lost.tone == 'good'
 
 

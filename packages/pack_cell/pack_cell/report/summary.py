@@ -14,7 +14,7 @@ from pack_cell.report.record import RunRecord
 from pack_cell.report.summary_figures import FIGURES
 
 
-def repeated_options() -> list[NamedOption]:
+def _repeated_options() -> list[NamedOption]:
     """The options that a summary repeats."""
     return [named for named in declared_options(RunOptions) if named.declaration.in_summary]
 
@@ -22,7 +22,7 @@ def repeated_options() -> list[NamedOption]:
 def summarize(run: EndedRun) -> Summary:
     """The summary of a run as plain data; fills are percent, times seconds."""
     figures = {figure.key: figure.of(run) for figure in FIGURES}
-    return figures | {named.key: getattr(run.options, named.key) for named in repeated_options()}
+    return figures | {named.key: getattr(run.options, named.key) for named in _repeated_options()}
 
 
 def summary_lines(summary: Summary) -> list[tuple[str, str]]:
@@ -45,7 +45,7 @@ def is_clean(summary: Summary) -> bool:
 def figures_table() -> str:
     """All keys of a summary as a table for docs/summary.md."""
     rows = [(figure.key, figure.text, figure.line.strip()) for figure in FIGURES]
-    rows += [(named.key, f'the option `{named.flag}`', '') for named in repeated_options()]
+    rows += [(named.key, f'the option `{named.flag}`', '') for named in _repeated_options()]
     lines = ['| key | what it is | printed as |', '|---|---|---|']
     lines += [f'| `{key}` | {text} | {line} |' for key, text, line in rows]
     return '\n'.join(lines) + '\n'

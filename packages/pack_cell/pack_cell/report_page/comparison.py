@@ -9,8 +9,8 @@ from typing import Any
 
 from conveyor_sim.streams import BOXES_FILE, BoxFileError, RejectedRow, read_entries
 from pack_cell.bench.statistics import t975
-from pack_cell.report.summary import repeated_options
 from pack_cell.report_page.run_folder import FinishedRun
+from pack_cell.report_page.run_settings import run_settings
 from pack_msgs_py.values import Box
 
 #: 97.5 % quantile of the normal distribution, for shares.
@@ -187,22 +187,15 @@ MEASURES = (
 
 def settings_that_differ(runs: Sequence[FinishedRun]) -> list[tuple[str, list[str]]]:
     """Options and versions that are not the same in all runs, with what each has."""
-    keys = ['bin', 'boxes', *(named.key for named in repeated_options())]
-    rows = [(key.replace('_', ' '), [run.summary.get(key) for run in runs]) for key in keys]
-    names = dict.fromkeys(name for run in runs for name in run.summary.get('versions') or {})
-    rows += [
-        (f'version of {name}', [(run.summary.get('versions') or {}).get(name) for run in runs])
-        for name in names
-    ]
-    return [
-        (name, list(map(_text, values))) for name, values in rows if len({*map(str, values)}) > 1
-    ]
+    tables = [run_settings(run.folder) | _versions(run) for run in runs]
+    names = dict.fromkeys(name for table in tables for name in table)
+    rows = [(name, [table.get(name) or '–' for table in tables]) for name in names]
+    return [(name, values) for name, values in rows if len(set(values)) > 1]
 
 
-def _text(value: Any) -> str:  # noqa: ANN401 - whatever a summary holds
-    if value is None or value == '':
-        return '–'
-    return f'{value:g}' if isinstance(value, float) else str(value)
+def _versions(run: FinishedRun) -> dict[str, str]:
+    versions = run.summary.get('versions') or {}
+    return {f'version of {name}': str(version) for name, version in versions.items()}
 
 
 def fed_boxes(run: FinishedRun) -> list[tuple[object, ...]] | None:

@@ -27,7 +27,8 @@ class KeyFigure:
 
 def key_figures(run: FinishedRun) -> list[KeyFigure]:
     """How full, how many an hour, bins a day, what was refused, whether all is accounted for."""
-    return [_fill(run), _rate(run), _bins_a_day(run), _refused(run), _accounted(run)]
+    figures = [_fill(run), _rate(run), _bins_a_day(run), _bins(run), _refused(run), _accounted(run)]
+    return [figure for figure in figures if figure is not None]
 
 
 def _fill(run: FinishedRun) -> KeyFigure:
@@ -74,6 +75,16 @@ def _bins_a_day(run: FinishedRun) -> KeyFigure:
         'bins a day at this rate',
         f'{SHIFT_H * hourly_bins:,.0f} in a shift of {SHIFT_H} hours; {per_bin:.1f} boxes a bin',
     )
+
+
+def _bins(run: FinishedRun) -> KeyFigure | None:
+    """Bins used, and how many would do without a belt; ``None`` where that is not known."""
+    used, offline = run.summary.get('bins_used'), run.summary.get('bins_offline')
+    if not used or not offline:
+        return None
+    packed = f', {offline["packed"]} by an offline packer' if offline.get('packed') else ''
+    more = f'without a belt {offline["least"]} at least{packed}'
+    return KeyFigure(f'{used}', 'bins used' if used > 1 else 'bin used', more)
 
 
 def refusals(run: FinishedRun) -> Counter[str]:

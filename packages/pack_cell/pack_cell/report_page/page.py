@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pack_cell.pages.rendering import render
-from pack_cell.report.summary import repeated_options
+from pack_cell.report.closings import closings_text
 from pack_cell.report_page.charts import shares
 from pack_cell.report_page.comparison import (
     boxes_text,
@@ -24,6 +24,7 @@ from pack_cell.report_page.run_charts import (
     planning_under_motion,
 )
 from pack_cell.report_page.run_folder import FinishedRun, RunBin
+from pack_cell.report_page.run_settings import run_settings
 from pack_cell.report_page.work_order import packing_layers, packing_steps, scene
 from pack_msgs_py.values import Vec3
 
@@ -67,7 +68,8 @@ def run_page(run: FinishedRun) -> str:
             for of_run, of_bin in zip(shown, steps, strict=True)
         ],
         scenes=[scene(of_run) for of_run in shown],
-        options=_options(run.summary),
+        options=_options(run),
+        why_closed=_why_closed(run.summary),
         everything=[(key, _plain(value)) for key, value in run.summary.items()],
         bin_state=_state,
         size=_size,
@@ -115,16 +117,19 @@ def _first_choices(summary: Mapping[str, Any]) -> dict[str, Any] | None:
     return {'text': text, 'chart': shares(rows, count)}
 
 
-def _options(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
+def _options(run: FinishedRun) -> list[tuple[str, str]]:
     """What was asked for, and with which versions."""
-    keys = ['bin', 'boxes', *(named.key for named in repeated_options())]
-    options = [
-        (key.replace('_', ' '), _plain(summary[key]))
-        for key in keys
-        if summary.get(key) not in (None, '')
-    ]
-    versions = summary.get('versions') or {}
+    options = [(name, value) for name, value in run_settings(run.folder).items() if value]
+    versions = run.summary.get('versions') or {}
     return [*options, ('versions', ', '.join(f'{name} {v}' for name, v in versions.items()))]
+
+
+def _why_closed(summary: Mapping[str, Any]) -> str:
+    """What kept the boxes out when bins were closed, over all bins; empty where nobody knows."""
+    try:
+        return closings_text(summary.get('closings') or ())
+    except (KeyError, TypeError, ValueError):  # of another release
+        return ''
 
 
 def _plain(value: Any) -> str:  # noqa: ANN401 - whatever a summary holds
