@@ -13,7 +13,7 @@ setup(
         PACKAGE: [
             'py.typed',
             'bench/data/*.csv',
-            *(f'{room}/*.{kind}' for room in ('pages', 'report_page') for kind in _WEB),
+            *(f'{room}/*.{kind}' for room in ('pages', 'report_page', 'what_if') for kind in _WEB),
         ]
     },
     data_files=[

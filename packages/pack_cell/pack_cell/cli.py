@@ -1,4 +1,4 @@
-"""The command line: ``cell demo``, ``run``, ``report``, ``bench``, ``tune``, ``layout``."""
+"""The command line: ``cell demo``, ``cell run``, and the verbs beside them."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from pack_cell.report_page.command import add_report, run_report
 from pack_cell.running.node_parameters import check_cell
 from pack_cell.running.run import EXIT_USAGE, run
 from pack_cell.tune.options import add_tune
+from pack_cell.what_if.options import add_compare
 
 #: Forty boxes of the project's own list; all else is as when nothing is said.
 DEMO = {'count': 40}
@@ -44,6 +45,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     add_options(runner, RunOptions)
     add_report(verbs)
+    add_compare(verbs)
     add_bench(verbs)
     add_tune(verbs)
     add_layout(verbs)
@@ -64,6 +66,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         from pack_cell.tune.command import run_tune
 
         return run_tune(parsed, given)
+    if parsed.verb == 'compare':
+        from pack_cell.what_if.command import run_compare
+
+        return run_compare(parsed, given)
     if parsed.verb == 'report':
         return run_report(parsed)
     if parsed.verb == 'layout':

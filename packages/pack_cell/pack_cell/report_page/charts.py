@@ -59,6 +59,7 @@ class Plot:
     height: int = 250
     log_y: bool = False
     left: int = _LEFT
+    whole_x: bool = False
 
     def x(self, value: float) -> float:
         """Pixel of a value."""
@@ -128,6 +129,8 @@ class Plot:
                 ).format(self.left, y, right, self.left - 7, y + 4, f'{value:g}')
             )
         for value in ticks(*self.x_range, count=8):
+            if self.whole_x and value != int(value):
+                continue
             parts.append(
                 Markup('<text x="{:.1f}" y="{}" text-anchor="middle">{}</text>').format(
                     self.x(value), bottom + 17, f'{value:g}'
