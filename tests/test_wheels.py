@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import venv
+import zipfile
 from collections.abc import Iterable, Iterator
 from importlib.metadata import Distribution, distribution, distributions
 from pathlib import Path, PurePosixPath
@@ -131,3 +132,15 @@ def test_a_wheel_imports_without_ros_in_an_environment_of_what_it_asks_for(
     assert said.startswith(str(site))
     with pytest.raises(AssertionError, match="No module named 'rclpy'"):
         run(tmp_path / 'bin' / 'python', '-I', '-c', 'import rclpy')
+
+
+def test_the_wheel_of_the_cell_carries_what_its_pages_are_made_of(wheels: dict[str, Path]) -> None:
+    package = ROOT / 'packages' / 'pack_cell'
+    made_of = {
+        str(path.relative_to(package))
+        for kind in ('css', 'html', 'js', 'csv')
+        for path in (package / 'pack_cell').rglob(f'*.{kind}')
+    }
+    assert len(made_of) > 6
+    with zipfile.ZipFile(wheels['pack_cell']) as wheel:
+        assert made_of <= set(wheel.namelist())

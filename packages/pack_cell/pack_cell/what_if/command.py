@@ -7,7 +7,7 @@ import shlex
 import sys
 from collections.abc import Sequence
 
-from pack_cell.what_if.options import NO_ARM, trials_of
+from pack_cell.what_if.options import NO_ARM, combinations_of
 
 EXIT_OK, EXIT_FAULT, EXIT_USAGE, EXIT_INTERRUPTED = 0, 1, 2, 130
 
@@ -34,7 +34,7 @@ def _run(arguments: argparse.Namespace, command: str) -> int:
     from pack_cell.what_if.page import compare_page, write_outcomes
     from pack_cell.what_if.recommendation import recommendations
 
-    trials = trials_of(arguments)
+    combinations = combinations_of(arguments)
     source = source_of(arguments)
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
     done = 0
@@ -42,10 +42,10 @@ def _run(arguments: argparse.Namespace, command: str) -> int:
     def look(text: str) -> None:
         nonlocal done
         done += 1
-        print(f'{done}/{len(trials)} {text}', file=sys.stderr)
+        print(f'{done}/{len(combinations)} {text}', file=sys.stderr)
 
     pack = without_robot if arguments.arm == NO_ARM else with_arm
-    outcomes = list(pack(trials, arguments, look))
+    outcomes = list(pack(combinations, arguments, look))
     about = [
         f'{len(source.boxes)} boxes ({source.name}), {arguments.orders} orders each.',
         'Packed without a robot: what an arm cannot reach in time is not left out here.'

@@ -27,7 +27,7 @@ _EXAMPLES = """examples:
 
 
 @dataclass(frozen=True)
-class Trial:
+class Combination:
     """One combination: kind of bin, algorithm, how many bins stand open, how far one sees."""
 
     spec: BinSpec
@@ -101,7 +101,7 @@ def add_compare(verbs: Any) -> None:  # noqa: ANN401 - argparse does not name it
     )  # fmt: skip
 
 
-def trials_of(arguments: argparse.Namespace) -> list[Trial]:
+def combinations_of(arguments: argparse.Namespace) -> list[Combination]:
     """Every combination, bins outermost; ``ValueError`` says which algorithm is not known."""
     from pack_msgs_py.plug_ins import absolute_place
     from pack_planner.algorithms import find_algorithm
@@ -110,7 +110,7 @@ def trials_of(arguments: argparse.Namespace) -> list[Trial]:
     for name in algorithms:
         find_algorithm(name)
     return [
-        Trial(*combination)
+        Combination(*combination)
         for combination in product(
             arguments.bins, algorithms, arguments.open_bins, arguments.look_ahead
         )

@@ -22,7 +22,7 @@ from pack_cell.bench.statistics import ci95
 from pack_cell.bench.streams import collection
 from pack_cell.bench.values import BenchSettings, Case, CollectionSource
 from pack_cell.options.run_options import GRASP_FACES, SCAN_SIGMA_MM
-from pack_cell.what_if.options import Trial
+from pack_cell.what_if.options import Combination
 from pack_msgs_py.profiles import adapted, find_profile
 from pack_planner.decision.options import DecisionOptions
 from pack_planner.parameters import PlannerParameters
@@ -41,7 +41,7 @@ class Outcome:
     two are ``None`` without an arm.
     """
 
-    trial: Trial
+    combination: Combination
     fill: float | None
     fill_ci: float | None
     fill_all: float | None
@@ -84,25 +84,25 @@ def _settings(arguments: argparse.Namespace, open_bins: int) -> BenchSettings:
     )
 
 
-def _case(trial: Trial, source: CollectionSource, orders: int) -> Case:
-    return Case(trial.algorithm, trial.spec, trial.look_ahead, orders, source)
+def _case(combination: Combination, source: CollectionSource, orders: int) -> Case:
+    return Case(combination.algorithm, combination.spec, combination.look_ahead, orders, source)
 
 
 def without_robot(
-    trials: Sequence[Trial], arguments: argparse.Namespace, look: Callable[[str], None]
+    combinations: Sequence[Combination], arguments: argparse.Namespace, look: Callable[[str], None]
 ) -> Iterator[Outcome]:
     """Pack every combination without robot or ROS; ``look`` is told what is done."""
     source = source_of(arguments)
-    for open_bins, group in groupby(trials, key=lambda trial: trial.open_bins):
+    for open_bins, group in groupby(combinations, key=lambda combination: combination.open_bins):
         settings = _settings(arguments, open_bins)
-        for trial in group:
-            case = _case(trial, source, arguments.orders)
+        for combination in group:
+            case = _case(combination, source, arguments.orders)
             [record] = run(
                 [case], settings, Workers(arguments.jobs), ResultFile(None, None), _ignore
             )
-            look(told(trial))
+            look(told(combination))
             yield Outcome(
-                trial,
+                combination,
                 record['fill_closed'],
                 record['fill_closed_ci95'],
                 record['fill_all'],
@@ -116,17 +116,15 @@ def _ignore(case: Case, done: int, total: int) -> None:
     """The progress of a single case is not shown."""
 
 
-def told(trial: Trial) -> str:
+def told(combination: Combination) -> str:
     """A combination in words."""
-    bins = 'bin' if trial.open_bins == 1 else 'bins'
-    name = Path(trial.algorithm).name
-    return (
-        f'{trial.spec.name}, {name}, look-ahead {trial.look_ahead}, {trial.open_bins} open {bins}'
-    )
+    bins = 'bin' if combination.open_bins == 1 else 'bins'
+    name = Path(combination.algorithm).name
+    return f'{combination.spec.name}, {name}, look-ahead {combination.look_ahead}, {combination.open_bins} open {bins}'
 
 
 def with_arm(
-    trials: Sequence[Trial], arguments: argparse.Namespace, look: Callable[[str], None]
+    combinations: Sequence[Combination], arguments: argparse.Namespace, look: Callable[[str], None]
 ) -> Iterator[Outcome]:
     """Run every combination as a cell, one after another, in folders beside the page.
 
@@ -137,49 +135,49 @@ def with_arm(
     """
     source = source_of(arguments)
     base = arguments.out.with_suffix('')
-    for trial in trials:
+    for combination in combinations:
         summaries = []
-        case = _case(trial, source, arguments.orders)
+        case = _case(combination, source, arguments.orders)
         for order in range(arguments.orders):
-            name = told(trial).replace(', ', '_').replace(' ', '-').replace(':', '-')
+            name = told(combination).replace(', ', '_').replace(' ', '-').replace(':', '-')
             folder = base / f'{name}_{order + 1}'
             folder.mkdir(parents=True, exist_ok=True)
             # Unscanned: the cell has a scanner of its own.
             exact = BenchSettings(profile=find_profile(arguments.profile))
             write_boxes(folder / 'given.csv', collection(case, exact, order))
-            summaries.append(_run_cell(trial, arguments, folder, order))
-        look(told(trial))
-        yield _of_summaries(trial, summaries)
+            summaries.append(_run_cell(combination, arguments, folder, order))
+        look(told(combination))
+        yield _of_summaries(combination, summaries)
 
 
 def _run_cell(
-    trial: Trial, arguments: argparse.Namespace, folder: Path, order: int
+    combination: Combination, arguments: argparse.Namespace, folder: Path, order: int
 ) -> dict[str, Any]:
     """The summary of one run; what an earlier one left in the folder is taken as it is."""
     summary = folder / 'summary.json'
     if not summary.exists():
         command = [
             sys.executable, '-m', 'pack_cell', 'run', '--quiet', '--boxes', folder / 'given.csv',
-            '--bin', trial.spec.name, '--algorithm', trial.algorithm,
-            '--open-bins', trial.open_bins, '--look-ahead', trial.look_ahead,
+            '--bin', combination.spec.name, '--algorithm', combination.algorithm,
+            '--open-bins', combination.open_bins, '--look-ahead', combination.look_ahead,
             '--profile', arguments.profile, '--grasp-faces', arguments.grasp_faces,
             '--arm', arguments.arm, '--out', folder,
         ]  # fmt: skip
         done = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=False)
         if not summary.exists():
             said = (done.stderr or done.stdout).strip().splitlines()
-            msg = f'{told(trial)}, order {order + 1}: {said[-1] if said else "no word"}'
+            msg = f'{told(combination)}, order {order + 1}: {said[-1] if said else "no word"}'
             raise ArmRunFailed(msg)
     values: dict[str, Any] = json.loads(summary.read_text(encoding='utf-8'))
     return values
 
 
-def _of_summaries(trial: Trial, summaries: Sequence[dict[str, Any]]) -> Outcome:
+def _of_summaries(combination: Combination, summaries: Sequence[dict[str, Any]]) -> Outcome:
     fills = _known(summary['fill_closed'] for summary in summaries)
     fed = sum(summary['boxes_supplied'] for summary in summaries)
     rejected = sum(summary['rejected'] for summary in summaries)
     return Outcome(
-        trial,
+        combination,
         _mean(fills),
         ci95(fills),
         _mean(_known(summary['fill_all'] for summary in summaries)),

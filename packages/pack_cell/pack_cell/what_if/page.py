@@ -35,9 +35,9 @@ def compare_page(
         about=about,
         sentences=recommendations(outcomes, most_by_hand),
         charts=[
-            (called(group[0].trial.spec), _chart(group))
+            (called(group[0].combination.spec), _chart(group))
             for group in groups.values()
-            if len({outcome.trial.look_ahead for outcome in group}) > 1
+            if len({outcome.combination.look_ahead for outcome in group}) > 1
         ],
         outcomes=outcomes,
         picked={id(chosen(group, most_by_hand)) for group in groups.values()},
@@ -52,7 +52,7 @@ def _chart(group: Sequence[Outcome]) -> Markup:
     known = [outcome for outcome in group if outcome.fill is not None]
     if not known:
         return Markup('')
-    looks = [outcome.trial.look_ahead for outcome in known]
+    looks = [outcome.combination.look_ahead for outcome in known]
     fills = [outcome.fill or 0.0 for outcome in known]
     low, high = max(0.0, min(fills) - 5), min(100.0, max(fills) + 5)
     plot = Plot(
@@ -60,13 +60,13 @@ def _chart(group: Sequence[Outcome]) -> Markup:
         whole_x=True,
     )  # fmt: skip
     names, marks = [], []
-    series = dict.fromkeys((o.trial.algorithm, o.trial.open_bins) for o in known)
+    series = dict.fromkeys((o.combination.algorithm, o.combination.open_bins) for o in known)
     for number, (algorithm, open_bins) in enumerate(series):
         style, name = f's{number % 6}', f'{Path(algorithm).name}, {open_bins} open'
         points = sorted(
-            (float(o.trial.look_ahead), o.fill or 0.0)
+            (float(o.combination.look_ahead), o.fill or 0.0)
             for o in known
-            if (o.trial.algorithm, o.trial.open_bins) == (algorithm, open_bins)
+            if (o.combination.algorithm, o.combination.open_bins) == (algorithm, open_bins)
         )
         marks += [plot.line(points, style, name), plot.dots(points, style)]
         names.append((style, name))
@@ -79,7 +79,7 @@ def write_outcomes(path: Path, outcomes: Sequence[Outcome]) -> None:
         writer = csv.writer(file)
         writer.writerow(_COLUMNS)
         for outcome in outcomes:
-            trial = outcome.trial
+            combination = outcome.combination
             values = (
                 outcome.fill, outcome.fill_ci, outcome.fill_all, outcome.closed_bins,
                 outcome.by_hand, outcome.decision_p95_s, outcome.boxes_per_hour,
@@ -87,7 +87,7 @@ def write_outcomes(path: Path, outcomes: Sequence[Outcome]) -> None:
             )  # fmt: skip
             writer.writerow(
                 (
-                    as_text(trial.spec.name), as_text(trial.algorithm), trial.open_bins,
-                    trial.look_ahead, *('' if value is None else value for value in values),
+                    as_text(combination.spec.name), as_text(combination.algorithm), combination.open_bins,
+                    combination.look_ahead, *('' if value is None else value for value in values),
                 )
             )  # fmt: skip

@@ -34,7 +34,9 @@ def chosen(outcomes: Sequence[Outcome], most_by_hand: float) -> Outcome | None:
     known = [outcome for outcome in known if (outcome.deadline_misses or 0) == misses]
     best = fullest(known)
     alike = [o for o in known if (o.fill or 0.0) >= (best.fill or 0.0) - ALIKE]
-    return min(alike, key=lambda o: (o.trial.open_bins, o.trial.look_ahead, -(o.fill or 0.0)))
+    return min(
+        alike, key=lambda o: (o.combination.open_bins, o.combination.look_ahead, -(o.fill or 0.0))
+    )
 
 
 def fullest(outcomes: Sequence[Outcome]) -> Outcome:
@@ -46,7 +48,7 @@ def by_bins(outcomes: Sequence[Outcome]) -> dict[str, list[Outcome]]:
     """Outcomes by the name of their kind of bin."""
     groups: dict[str, list[Outcome]] = {}
     for outcome in outcomes:
-        groups.setdefault(outcome.trial.spec.name, []).append(outcome)
+        groups.setdefault(outcome.combination.spec.name, []).append(outcome)
     return groups
 
 
@@ -56,7 +58,7 @@ def recommendations(outcomes: Sequence[Outcome], most_by_hand: float) -> list[st
     for group in by_bins(outcomes).values():
         best = chosen(group, most_by_hand)
         if best is None:
-            name = called(group[0].trial.spec)
+            name = called(group[0].combination.spec)
             picked.append((-1.0, f'{name}: too few boxes to fill one; give more of them.'))
         else:
             picked.append((best.fill or 0.0, f'{_figures(best)} {_why(best, group)}'.strip()))
@@ -65,12 +67,12 @@ def recommendations(outcomes: Sequence[Outcome], most_by_hand: float) -> list[st
 
 
 def _figures(best: Outcome) -> str:
-    trial = best.trial
+    combination = best.combination
     spread = '' if best.fill_ci is None else f' (± {best.fill_ci:.1f})'
     rate = '' if best.boxes_per_hour is None else f', {best.boxes_per_hour:,.0f} boxes an hour'
-    what = told(trial).partition(', ')[2]
+    what = told(combination).partition(', ')[2]
     return (
-        f'{called(trial.spec)}: {what}: {best.fill:.1f} % full{spread}{rate}, '
+        f'{called(combination.spec)}: {what}: {best.fill:.1f} % full{spread}{rate}, '
         f'{best.by_hand:.1f} % to be packed by hand.'
     )
 
@@ -82,7 +84,7 @@ def _why(best: Outcome, group: Sequence[Outcome]) -> str:
     texts = []
     gain = (top.fill or 0.0) - (best.fill or 0.0)
     if top is not best:
-        what = told(top.trial).partition(', ')[2]
+        what = told(top.combination).partition(', ')[2]
         if top.by_hand > best.by_hand and gain > ALIKE:
             texts.append(
                 f'{what} would be {gain:.1f} points fuller and leave {top.by_hand:.1f} % by hand.'
