@@ -118,9 +118,11 @@ def _ignore(case: Case, done: int, total: int) -> None:
 
 def told(combination: Combination) -> str:
     """A combination in words."""
-    bins = 'bin' if combination.open_bins == 1 else 'bins'
-    name = Path(combination.algorithm).name
-    return f'{combination.spec.name}, {name}, look-ahead {combination.look_ahead}, {combination.open_bins} open {bins}'
+    bins = 'open bin' if combination.open_bins == 1 else 'open bins'
+    return (
+        f'{combination.spec.name}, {Path(combination.algorithm).name}, '
+        f'look-ahead {combination.look_ahead}, {combination.open_bins} {bins}'
+    )
 
 
 def with_arm(

@@ -87,7 +87,8 @@ def write_outcomes(path: Path, outcomes: Sequence[Outcome]) -> None:
             )  # fmt: skip
             writer.writerow(
                 (
-                    as_text(combination.spec.name), as_text(combination.algorithm), combination.open_bins,
-                    combination.look_ahead, *('' if value is None else value for value in values),
+                    as_text(combination.spec.name), as_text(combination.algorithm),
+                    combination.open_bins, combination.look_ahead,
+                    *('' if value is None else value for value in values),
                 )
             )  # fmt: skip
