@@ -114,6 +114,7 @@ def test_the_page_escapes_what_others_wrote():
     assert '<script' not in page
 
 
+@pytest.mark.timeout(400)  # the engine may have to be compiled first
 def test_it_packs_the_same_boxes_with_every_combination(tmp_path, capsys):
     (tmp_path / 'boxes.csv').write_text(BOXES)
     words = [
