@@ -10,6 +10,7 @@ from planner_cases import SMALL, coarse, random_bin, random_box
 
 from pack_cell.bench.simulator import pack_collection
 from pack_cell.bench.values import BenchSettings, Case, CollectionSource
+from pack_msgs_py.codes import PlacementStatus
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin
 from pack_planner.algorithms import Problem, find_algorithm
@@ -70,6 +71,18 @@ def test_the_same_state_has_the_same_answer(cell):
     boxes = [random_box(rng, f'new-{i}') for i in range(5)]
     twin = Engine(PROFILES['cell'])
     assert decide(cell, boxes, *bins) == decide(twin, boxes, *bins)
+
+
+def test_a_decision_ends_with_its_nodes_and_has_an_answer(cell):
+    rng = random.Random(3)
+    target = random_bin(cell, rng, 6)
+    boxes = [random_box(rng, f'new-{i}', high=160) for i in range(5)]
+    cut, whole = (decide(cell, boxes, target, node_limit=limit) for limit in (4, None))
+    assert (cut.status, whole.status) == (PlacementStatus.BUDGET, PlacementStatus.OPTIMAL)
+    assert cut == decide(cell, boxes, target, node_limit=4)
+    assert 'of 1 plans' in cut.reason and 'of 1 plans' not in whole.reason
+    late = decide(cell, boxes, target, budget_s=0.0)
+    assert late.candidate == decide(cell, boxes, target, node_limit=0).candidate
 
 
 def test_nothing_fits_is_no_answer(paper):

@@ -1,14 +1,15 @@
-"""Foresight: `rollout` with more places to choose from, and weights tuned for support by mechanics.
+"""Foresight: `rollout` that sees which room the boxes to come will not use.
 
 Where a box may stand without three corners on tops, there are many more places, and the best are
 often flush with what lies beyond: so the far ends count too. The waste of a placement
 (:mod:`pack_planner.algorithms.play_out`) is here
 
-    0.6 lost / volume - 2.1 touched - 0.5 level - 0.3 snug + 2 (bins older than its own)
+    0.6 lost / volume - 2.1 touched - 0.5 level - 0.3 snug + 0.6 above + 0.3 beside
+    + 2 (bins older than its own)
 
-with ``snug`` the share of the sides that have a gap below 60 mm. Far less is paid for lost volume
-than under the paper's rules, and nothing for staying at the origin. docs/benchmarks/execution.md
-has what it fills.
+where ``level`` are tops that differ by no more than 2 mm, ``snug`` is the share of the sides that
+have a gap below 60 mm, and ``above`` and ``beside`` are room that the boxes in sight would leave
+empty, over the volume of the box. docs/benchmarks/foresight.md has what each of these is worth.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from pack_planner.algorithms.waste_weights import WasteWeights
 
 WEIGHTS = WasteWeights(
     lost=0.6, touched=2.1, level=0.5, spread=0.0, younger=2.0, large_first=1.35, no_place=1.15,
-    snug=0.3, near_mm=60.0, far_ends=True,
+    snug=0.3, near_mm=60.0, far_ends=True, level_mm=2.0, above=0.6, beside=0.3,
 )  # fmt: skip
 
 

@@ -4,7 +4,8 @@ Every allowed placement of every box of the look-ahead in every open bin has a *
 sum of what :class:`~pack_planner.algorithms.waste_weights.WasteWeights` lists. The look-ahead is
 packed virtually, one placement after another, always the one of least waste less a bonus for its
 size, so that large boxes go first where they fit as well. That is done once for each of the best
-first moves; the first move of the plan of least total waste is made.
+first moves, the best of them first; the first move of the plan of least total waste is made. When
+the time is out, or as many bins were looked at as there are nodes, the plans made so far decide.
 
 The parts are old: touching perimeter (Lodi, Martello, Vigo 1999, in two dimensions), least growth
 of the height map (Wang, Hauser 2019), rollouts (Tesauro, Galperin 1997; Bertsekas, Tsitsiklis, Wu:
@@ -15,6 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from pack_msgs_py.codes import PlacementStatus
 from pack_planner.algorithms.base import Choice, Problem
 from pack_planner.algorithms.mpack_lite import least_objective
 from pack_planner.algorithms.opack import opack
@@ -36,10 +38,16 @@ def best_plan(problem: Problem, weights: WasteWeights) -> Choice | None:
     firsts = sorted(moves, key=lambda move: move.rank)[:FIRST_MOVES]
     if not firsts:
         return opack(problem, least_objective)
-    totals = [_played_out(outlook.bins, first, weights, len(problem.boxes)) for first in firsts]
+    totals = []
+    for first in firsts:
+        totals.append(_played_out(outlook.bins, first, weights, len(problem.boxes)))
+        if outlook.is_over():
+            break
     best = int(np.argmin(totals))
-    reason = f'least waste {totals[best]:.2f} of {len(firsts)} plans for {len(every)} boxes'
-    return Choice(outlook.candidate(firsts[best]), reason=reason)
+    reason = f'least waste {totals[best]:.2f} of {len(totals)} plans for {len(every)} boxes'
+    made_all = len(totals) == len(firsts)
+    status = PlacementStatus.OPTIMAL if made_all else PlacementStatus.BUDGET
+    return Choice(outlook.candidate(firsts[best]), status, reason)
 
 
 def _played_out(

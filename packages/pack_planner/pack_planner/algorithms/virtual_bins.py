@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -55,6 +56,8 @@ class Outlook:
 
     def __init__(self, problem: Problem, weights: WasteWeights, alike: int) -> None:
         self.problem, self.weights, self.alike = problem, weights, alike
+        self._due = time.monotonic() + problem.budget_s
+        self._searches = 0
         profile = problem.engine.profile
         turns = [turns_of(box, profile) for box in problem.boxes]
         self._arrays = tuple(
@@ -76,6 +79,15 @@ class Outlook:
             VirtualBin(self, index, model, frozenset())
             for index, model in enumerate(problem.bins)
         )  # fmt: skip
+
+    def is_over(self) -> bool:
+        """Whether the answer is due: by the clock, or since every node is used up.
+
+        A node is a search of one bin for some of the boxes.
+        """
+        limit = self.problem.node_limit
+        used_up = limit is not None and self._searches >= limit
+        return used_up or time.monotonic() >= self._due
 
     def after(self, target: VirtualBin, move: Move) -> VirtualBin:
         """``target`` with one more box; the same object whatever the order of the moves."""
@@ -118,6 +130,7 @@ class Outlook:
             if refused is not None and not model.blocked and not barred:
                 which.append(number)
                 zones.append(refused)
+        self._searches += 1
         if not which:
             return [[] for _ in boxes]
         refused_rows = [
