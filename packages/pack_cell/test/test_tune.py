@@ -18,7 +18,8 @@ from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import parse_bin
 from pack_planner import find_algorithm
 from pack_planner.algorithms.registry import SPECS
-from pack_planner.algorithms.tuned_tables import read_table
+from pack_planner.algorithms.tuned_tables import read_table, write_table
+from pack_planner.algorithms.tuned_weights import TunedEntry, TunedTable
 
 #: A rule that uses a bin up to a share of its height, and closes it then.
 RULE = """
