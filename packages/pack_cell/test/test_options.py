@@ -135,6 +135,7 @@ def test_planner_executor_and_report_keep_the_same_margins(
     ('arguments', 'rule', 'tips'),
     [
         ([], 'upright', False),
+        (['--profile', 'dense'], UPRIGHT_OR_TIPPED, True),
         (['--profile', 'dense', '--belt-mode', 'continuous'], 'upright', False),
         (['--profile', 'dense', '--grasp-faces', 'any'], 'upright_or_front_up', False),
         (['--grasp-faces', 'tray'], UPRIGHT_OR_TIPPED, True),

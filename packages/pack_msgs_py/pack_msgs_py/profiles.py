@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from pack_msgs_py.orientation import ORIENTATION_RULES, oriented_size
+from pack_msgs_py.orientation import ORIENTATION_RULES, UPRIGHT_OR_TIPPED, oriented_size
 from pack_msgs_py.values import Box, Int3
 
 
@@ -85,12 +85,13 @@ PROFILES: dict[str, Profile] = {
         check_top_load=True,
         size_sigmas=2.0,
     ),
-    # Support by mechanics instead of vertices, and the tightest margins that physics confirms.
+    # Support by mechanics instead of vertices, the tightest margins that physics confirms, and the
+    # faces up that a tilt tray brings up for an arm that takes boxes from above.
     'dense': Profile(
         'dense',
         resolution_z_mm=1,
         clearance_mm=4.0,
-        orientations='upright',
+        orientations=UPRIGHT_OR_TIPPED,
         min_vertices=0,
         support_tolerance_mm=2,
         min_support_share=0.6,

@@ -20,7 +20,13 @@ from pack_planner.decision.policy import DecisionState
 from pack_planner.decision.refusals import Refusals
 
 SLOW, NO_PATH = ErrorCode.DEADLINE_UNREACHABLE, ErrorCode.PATH_IN_COLLISION
-PROFILE = replace(PROFILES['dense'], clearance_mm=0.0, size_sigmas=0.0, max_bin_weight_kg=100.0)
+PROFILE = replace(
+    PROFILES['dense'],
+    orientations='upright',
+    clearance_mm=0.0,
+    size_sigmas=0.0,
+    max_bin_weight_kg=100.0,
+)
 
 
 def block(length, breadth, height, corner=(0, 0, 0), **more):

@@ -57,7 +57,8 @@ def test_placements_come_as_they_are_decided_and_boxes_are_taken_as_they_are_nee
 def test_crates_of_a_quarter_of_a_pallet_fill_it_where_margins_leave_the_room(
     algorithm, profile, clearance_mm, resolution_mm, in_a_bin
 ):
-    rules = adapted(PROFILES[profile], clearance_mm=clearance_mm, resolution_mm=resolution_mm)
+    upright = replace(PROFILES[profile], orientations='upright')
+    rules = adapted(upright, clearance_mm=clearance_mm, resolution_mm=resolution_mm)
     crates = [Box(f'crate {n}', (600.0, 400.0, 240.0), weight_kg=8.0) for n in range(25)]
     packing = pack(crates, '120x80x150:pallet', algorithm, open_bins=1, profile=rules)
     packing.finish()

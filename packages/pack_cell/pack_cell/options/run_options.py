@@ -53,7 +53,7 @@ SCAN_SIGMA_MM = {'cell': 2.0, 'dense': 2.0, 'paper': 0.0}
 #: Orientation rule of planner and executor by the faces that the arm takes boxes by.
 GRASP_FACES = {'top': 'upright', 'any': 'upright_or_front_up', 'tray': UPRIGHT_OR_TIPPED}
 #: By which faces boxes are taken, by profile.
-USUAL_FACES = {'cell': 'top', 'dense': 'top', 'paper': 'top'}
+USUAL_FACES = {'cell': 'top', 'dense': 'tray', 'paper': 'top'}
 #: What else is off when the sizes are, in kilograms and degrees.
 SCAN_SIGMA_KG, SCAN_SIGMA_DEG = 0.02, 0.3
 
