@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import json
+import signal
+import subprocess
+import sys
+import time
 
 import pytest
 
@@ -108,6 +112,29 @@ def test_it_goes_on_where_it_was_and_ends_where_one_run_would(folder, capsys):
     assert capsys.readouterr().err == ''
     once, twice = (read_table(folder / name).entries for name in ('once.json', 'twice.json'))
     assert once == twice
+
+
+@pytest.mark.slow
+def test_after_an_interrupt_the_same_command_goes_on(folder):
+    command = [sys.executable, '-m', 'pack_cell', 'tune', *FEW, '--algorithm', './mine.py:mine',
+               '--evaluations', '18']  # fmt: skip
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    trials = folder / 'tuned.json.trials'
+    deadline = time.monotonic() + 100.0
+    while not trials.exists() or trials.read_text().count('\n') < 4:
+        assert process.poll() is None and time.monotonic() < deadline
+        time.sleep(0.005)
+    process.send_signal(signal.SIGINT)
+    _, error = process.communicate(timeout=100.0)
+    assert process.returncode == 130
+    assert (
+        error.splitlines()[-1] == ('cell tune: interrupted; the same command goes on from here')
+        and 'Traceback' not in error
+    )
+    assert not (folder / 'tuned.json').exists()
+    known = trials.read_text()
+    assert tune('--evaluations', 18) == 0
+    assert trials.read_text().startswith(known)
 
 
 def test_what_a_file_holds_for_others_stays(folder):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -82,9 +82,15 @@ class TrialBook:
         The file exists and is of a tuning with other settings, or another run writes it.
     """
 
-    def __init__(self, settings: TuneSettings, workers: Workers, path: Path | None) -> None:
-        """``path`` is where trials are kept; ``None`` for nowhere."""
-        self._settings, self._workers = settings, workers
+    def __init__(
+        self,
+        settings: TuneSettings,
+        workers: Workers,
+        path: Path | None,
+        look: Callable[[], None] = lambda: None,
+    ) -> None:
+        """``path`` is where trials are kept, or ``None``; ``look`` is called after each of them."""
+        self._settings, self._workers, self._look = settings, workers, look
         self._known: dict[Trial, float] = {}
         self._lock = None if path is None else claim(path)
         self._file: TextIO | None = None
@@ -114,6 +120,7 @@ class TrialBook:
                 if trial not in self._known:
                     self._known[trial] = next(made)
                     self._keep(trial)
+                    self._look()
                 yield self._known[trial]
 
     def _keep(self, trial: Trial) -> None:
