@@ -12,6 +12,8 @@ import pytest
 
 from pack_cell.bench.runner import Workers
 from pack_cell.cli import main
+from pack_cell.options.run_options import parse_run_options
+from pack_cell.running.node_parameters import tuned_note
 from pack_cell.tune.checking import Gain
 from pack_cell.tune.search import Limits, search
 from pack_cell.tune.space import LIMITS, UNIT, WeightSpace
@@ -257,3 +259,27 @@ def test_time_ends_the_search_between_two_trials(folder):
 ])  # fmt: skip
 def test_the_verdict_weighs_the_gain_against_chance(after, verdict):
     assert Gain((60.0, 61.0), after).verdict == verdict
+
+
+def test_a_file_that_was_made_for_something_else_is_said_to_be(folder, capsys):
+    entry = TunedEntry('foresight', 'RC', (1200, 700, 1600), 'dense', 'any', (('lost', 1.0),))
+    write_table(TunedTable((entry,)), folder / 'cage.json')
+    given = ['--algorithm', 'foresight', '--tuned', 'cage.json', '--profile', 'dense']
+    options = parse_run_options([*given, '--bin', 'LDC'])
+    told = 'tuned for RC, dense, any; used for LDC, dense, upright'
+    assert tuned_note(options) == f'{folder / "cage.json"} was {told}'
+    assert tuned_note(parse_run_options(['--bin', 'LDC'])) == ''
+    few = ['--algorithms', 'foresight', '--bins', '60x40x40', '--boxes', 'boxes.csv']
+    assert main(['bench', *few, '--profile', 'dense', '--tuned', 'cage.json']) == 0
+    expected = 'note: cage.json was tuned for RC, dense, any; used for 60x40x40, dense, upright'
+    assert expected in capsys.readouterr().err
+
+
+def test_a_run_refuses_weights_that_are_not_for_its_algorithm(folder, capsys):
+    entry = TunedEntry('foresight', 'RC', (1200, 700, 1600), 'dense', 'any', (('lost', 1.0),))
+    write_table(TunedTable((entry,)), folder / 'cage.json')
+    assert main(['run', '--algorithm', 'rollout', '--tuned', 'cage.json']) == 2
+    assert "algorithm 'rollout' has no weights to tune" in capsys.readouterr().err
+    few = ['--algorithms', 'rollout,dbl', '--bins', '60x40x40']
+    assert main(['bench', *few, '--tuned', 'cage.json']) == 2
+    assert "algorithm 'rollout' has no weights to tune" in capsys.readouterr().err
