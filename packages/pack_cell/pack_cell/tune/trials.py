@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TextIO
 
+from pack_cell.bench.options import MAX_BUDGET_S
 from pack_cell.bench.results import claim
 from pack_cell.bench.runner import Workers, spread
 from pack_cell.tune.streams import stream_boxes
@@ -59,6 +60,8 @@ def closed_fill(task: _Task) -> float:
         settings.look_ahead,
         settings.open_bins,
         settings.profile,
+        # a search that time cuts short would not be the same again
+        budget_s=MAX_BUDGET_S,
         tuned=TunedTable((tuned_entry(settings, trial.weights),)),
     )
     fill = packing.finish().fill_closed
