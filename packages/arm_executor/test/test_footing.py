@@ -64,6 +64,22 @@ def test_a_box_does_not_stand_on_tops_that_turned_out_lower():
     assert footing_errors(leans, [*posts, level, higher], CELL) == []
 
 
+def test_a_narrow_box_does_not_stand_on_tops_that_a_wide_one_would_stand_on():
+    # As found by benchmarks/tipping.py: tops 3.5 mm apart, and the narrow box leant by 5 degrees.
+    dense = replace(PROFILES['dense'], size_sigmas=2.0)
+    low = placed(
+        'low', (549.0, 70.0, 141.0), (40, 0, 0), (560, 80, 141), (319.3, 37.0, 69.0), 'xyz'
+    )
+    high = placed(
+        'high', (150.0, 442.0, 141.0), (310, 80, 0), (160, 450, 141), (393.0, 306.0, 72.5)
+    )
+    narrow = placed('narrow', (561.0, 120.0, 68.0), (0, 0, 141), (580, 130, 68))
+    [error] = footing_errors(narrow, [low, high], dense)
+    assert "would tip over on 'high'" in error
+    level = replace(high, measured_mm=(393.0, 306.0, 70.5))
+    assert footing_errors(narrow, [low, level], dense) == []
+
+
 def test_rules_that_know_no_centre_of_mass_ask_for_nothing():
     assert footing_errors(TIPS, [STRIP, SIDE], PROFILES['paper']) == []
 

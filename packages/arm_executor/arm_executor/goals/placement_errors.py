@@ -27,8 +27,9 @@ from pack_msgs_py.values import Bin, PlacedBox, Vec3
 ANGLE_TOLERANCE_RAD = math.radians(1.0)
 #: The centre of mass lies so far inside the support polygon, mm: scanner and arm are a little off.
 LEAST_MARGIN_MM = 4.0
-#: Tops this far below the highest one carry nothing, mm: a box that leans so far is 1 degree off.
-LEVEL_MM = 4.0
+#: Tops this far below the highest one carry nothing, mm and as a share of the shorter edge of the
+#: base: a box that leans so far is 1 degree off.
+LEVEL_MM, LEVEL_SHARE = 4.0, math.sin(math.radians(1.0))
 
 
 def placement_errors(decision: Decision, target: Bin, profile: Profile) -> list[str]:
@@ -127,4 +128,5 @@ def _level(upper: PlacedBox, below: Sequence[PlacedBox]) -> list[PlacedBox]:
     base = measured_footprint(upper)
     under = [other for other in below if overlap(base, measured_footprint(other)) is not None]
     highest_mm = max(map(measured_top_mm, under), default=0.0)
-    return [other for other in under if measured_top_mm(other) >= highest_mm - LEVEL_MM]
+    level_mm = min(LEVEL_MM, LEVEL_SHARE * min(base[2] - base[0], base[3] - base[1]))
+    return [other for other in under if measured_top_mm(other) >= highest_mm - level_mm]
