@@ -10,13 +10,17 @@ often flush with what lies beyond: so the far ends count too. The waste of a pla
 where ``level`` are tops that differ by no more than 2 mm, ``snug`` is the share of the sides that
 have a gap below 60 mm, and ``above`` and ``beside`` are room that the boxes in sight would leave
 empty, over the volume of the box. docs/benchmarks/foresight.md has what each of these is worth.
+Where corners must rest on tops, the weights of `rollout` take the place of those that it has too.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from pack_planner.algorithms.base import Choice, Problem
 from pack_planner.algorithms.play_out import best_plan
 from pack_planner.algorithms.registry import algorithm
+from pack_planner.algorithms.rollout import WEIGHTS as OF_ROLLOUT
 from pack_planner.algorithms.waste_weights import WasteWeights
 
 WEIGHTS = WasteWeights(
@@ -24,8 +28,14 @@ WEIGHTS = WasteWeights(
     snug=0.3, near_mm=60.0, far_ends=True, level_mm=2.0, above=0.6, beside=0.3,
 )  # fmt: skip
 
+WEIGHTS_BY_VERTICES = replace(
+    OF_ROLLOUT, far_ends=True, level_mm=2.0, above=0.6, beside=0.3
+)  # fmt: skip
+
 
 @algorithm('foresight', weights=WEIGHTS)
 def foresight(problem: Problem) -> Choice | None:
     """Choose as the module says; where it sees no move at all, as MPackLite does."""
-    return best_plan(problem, problem.weights_or(WEIGHTS))
+    by_vertices = problem.engine.profile.min_vertices > 0
+    own = WEIGHTS_BY_VERTICES if by_vertices else WEIGHTS
+    return best_plan(problem, problem.weights_or(own))
