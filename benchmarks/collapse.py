@@ -50,7 +50,8 @@ LIGHTEST_KG, HEAVIEST_KG = 1.0, 20.0
 #: Boxes on offer, and how many are passed over before a bin counts as full.
 LOOK_AHEAD, MOST_PASSED_OVER = 5, 60
 
-DENSE = PROFILES['dense']
+#: Upright, as the other rules are; all six faces are a rule of their own here.
+DENSE = replace(PROFILES['dense'], orientations='upright')
 _LOOSE = replace(DENSE, min_support_share=0.0, stability_margin_mm=None)
 RULES: dict[str, Profile] = {
     'three vertices': replace(_LOOSE, min_vertices=3),
