@@ -7,7 +7,8 @@ Run it in the environment of `./cell setup`:
     python benchmarks/arm_motion.py --physics --count 200 --boxes cases.csv --seed 3
 
 Boxes come in the order of the file, or shuffled by the seed; two bins are open, as in `./cell run`.
-A placement that the arm refuses is offered no more, as the planner does it. Without `--physics`
+A placement that the arm refuses is offered no more, as the planner does it. Each is also predicted,
+and a second table says how well. Without `--physics`
 every box rests where it was meant to; with it, it rests where physics left it.
 """
 
@@ -41,7 +42,7 @@ from pack_msgs_py.codes import ErrorCode, Phase
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.geometry.tolerance import Tolerance
 from pack_msgs_py.metrics import quantile
-from pack_msgs_py.profiles import find_profile
+from pack_msgs_py.profiles import PROFILES, find_profile
 from pack_msgs_py.values import Bin, Box, Walls, parse_bin
 from pack_planner.decision.planner import (
     CloseStep,
@@ -84,6 +85,8 @@ class Tally:
     rejected: int = 0
     wall_s: float = 0.0
     slowest: list[tuple[float, str]] = field(default_factory=list)
+    predictions: list[tuple[float, float]] = field(default_factory=list)
+    predicting: list[float] = field(default_factory=list)
 
     def add_split(self, split: dict[str, float]) -> None:
         """Count the phases of one placement."""
@@ -99,7 +102,8 @@ class Rig:
         layout = load_layout(options.layout) if options.layout else None
         self.arm = PhysicsArm(layout)
         self.spec = parse_bin(kind)
-        profile = replace(find_profile('cell'), orientations=GRASP_FACES[options.grasp_faces])
+        faces = GRASP_FACES[options.grasp_faces]
+        profile = replace(find_profile(options.profile), orientations=faces)
         self.planner = Planner(PolicySettings(options.algorithm, profile), time.perf_counter)
         self.refusals = Refusals()
         self.tally = Tally(kind)
@@ -170,6 +174,7 @@ class Rig:
         target = next(target for target in self.bins if target.id == decision.bin_id)
         pick = pick_pose(self.arm.layout, decision.box.size_mm)
         request = PlaceRequest(decision.box, pick, target.station, decision.target)
+        predicted = self.predicted(request)
         begun = time.thread_time()
         text, plan = '', None
         try:
@@ -177,6 +182,9 @@ class Rig:
         except MotionError as error:
             text = f'{error.code.name}: {error}'
         seconds = time.thread_time() - begun
+        self.tally.predictions.append((
+            predicted, math.inf if plan is None else plan.predicted_s,
+        ))  # fmt: skip
         if plan is not None and plan.predicted_s > self.options.deadline:
             text = f'DEADLINE_UNREACHABLE: {plan.predicted_s:.2f} s'
             self.note(decision, target, plan.predicted_s)
@@ -192,6 +200,16 @@ class Rig:
         self.note(decision, target, plan.predicted_s)
         self.carry_out(plan, decision, target)
         return True
+
+    def predicted(self, request: PlaceRequest) -> float:
+        """Seconds that the arm predicts; infinite when it finds no motion."""
+        begun = time.thread_time()
+        try:
+            seconds = self.arm.predict(request)
+        except MotionError:
+            seconds = math.inf
+        self.tally.predicting.append(time.thread_time() - begun)
+        return seconds
 
     def note(self, decision: Decision, target: Bin, seconds: float) -> None:
         """Keep what took longest."""
@@ -286,6 +304,22 @@ def line(tally: Tally) -> str:
     )
 
 
+def prediction_line(tally: Tally, deadline_s: float) -> str:
+    """One row of the table of predictions."""
+    pairs = tally.predictions
+    possible = [(guess < math.inf) == (known < math.inf) for guess, known in pairs]
+    in_time = [(guess <= deadline_s) == (known <= deadline_s) for guess, known in pairs]
+    errors = [
+        100 * abs(guess / known - 1) for guess, known in pairs if max(guess, known) < math.inf
+    ]
+    took = [1000 * quantile(tally.predicting, share) for share in (0.5, 0.95)]
+    return (
+        f'| {tally.kind} | {len(pairs)} | {100 * sum(possible) / len(pairs):.1f} | '
+        f'{100 * sum(in_time) / len(pairs):.1f} | {quantile(errors, 0.5):.2f} / '
+        f'{quantile(errors, 0.95):.2f} | {took[0]:.0f} / {took[1]:.0f} |'
+    )
+
+
 def main() -> int:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.split('\n')[0] if __doc__ else '')
@@ -296,6 +330,7 @@ def main() -> int:
     parser.add_argument('--grasp-faces', choices=tuple(GRASP_FACES), default='top')
     parser.add_argument('--deadline', type=float, default=5.5)
     parser.add_argument('--algorithm', default='mpack_lite')
+    parser.add_argument('--profile', choices=tuple(PROFILES), default='cell')
     parser.add_argument('--layout', type=Path, help='another layout.yaml')
     parser.add_argument('--physics', action='store_true', help='let the arm really do it')
     parser.add_argument('--picture', type=Path, help='folder for a picture of the fullest bin')
@@ -313,6 +348,12 @@ def main() -> int:
         tally = rig.run(boxes_from(options))
         print(line(tally), flush=True)
         tallies.append(tally)
+    print(
+        '\n| bin | predicted | possible or not, equal, % | in time or not, equal, % | '
+        'error of time, median / p95, % | prediction median / p95, ms |\n|---|---|---|---|---|---|'
+    )
+    for tally in tallies:
+        print(prediction_line(tally, options.deadline))
     for tally in tallies:
         split = ', '.join(
             f'{name} {quantile(values, 0.5):.2f}' for name, values in tally.splits.items()

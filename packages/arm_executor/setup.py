@@ -15,12 +15,13 @@ setup(
         ('share/' + PACKAGE + '/config', glob('config/*.yaml')),
     ],
     python_requires='>=3.10',
-    install_requires=['pack_msgs_py', 'numpy', 'PyYAML'],
+    install_requires=['pack_msgs_py', 'numpy', 'numba>=0.58', 'PyYAML'],
     extras_require={
         'physics': ['pin', 'pybullet', 'toppra'],
         'test': ['pytest', 'hypothesis'],
     },
-    zip_safe=True,
+    # numba caches compiled code beside the source, which a zipped package has no room for
+    zip_safe=False,
     maintainer='Packing cell maintainers',
     maintainer_email='maintainers@packing-cell.example.org',
     description='Robot model, motion, physics world, bin journal and the place_box action',

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import replace
 from types import SimpleNamespace
@@ -13,7 +14,7 @@ from arm_executor.arms.timed import TimedArm
 from arm_executor.bins.book import BookState
 from arm_executor.bins.records import placed_of
 from arm_executor.goals.admission import AdmissionState, admit
-from arm_executor.goals.candidates import CandidateView, foresee
+from arm_executor.goals.candidates import MAX_PLANNED, CandidateView, foresee
 from arm_executor.goals.outputs import Finished, Progress, Replied
 from arm_executor.model.arm_interface import MotionError
 from pack_msgs_py.codes import ErrorCode, Mode, Phase
@@ -31,6 +32,7 @@ class Counting(TimedArm):
     def __init__(self, speed=1.0, lies_mm=0.0):
         super().__init__(speed=speed)
         self.asked = []
+        self.unreachable = self.slow = ''
         self.lies_mm = lies_mm
 
     def plan(self, request, after=None):
@@ -38,6 +40,13 @@ class Counting(TimedArm):
         if request.box.id == NEVER.id:
             raise MotionError(ErrorCode.PATH_IN_COLLISION, 'a hole too narrow')
         return super().plan(request, after)
+
+    def predict(self, request, after=None):
+        if request.box.id == self.unreachable:
+            raise MotionError(ErrorCode.NO_IK_SOLUTION, 'too far')
+        if request.box.id == self.slow:
+            return 99.0
+        return super().predict(request, after)
 
     def _measured(self, request, fault, spent):
         result = super()._measured(request, fault, spent)
@@ -148,11 +157,32 @@ def test_the_first_that_will_do_is_the_last_that_is_looked_at(make_core_bench):
     codes = [answer.code for answer in check(bench, *candidates, enough_s=10.0)]
     assert codes == [ErrorCode.PATH_IN_COLLISION, ErrorCode.NONE, ErrorCode.BUSY]
     assert [box_id for box_id, _ in bench.arm.asked] == [NEVER.id, SECOND.id]
-    codes = [answer.code for answer in check(bench, *candidates, enough_s=0.1)]
+    codes = [answer.code for answer in check(bench, *candidates)]
     assert codes == [ErrorCode.PATH_IN_COLLISION, ErrorCode.NONE, ErrorCode.NONE]
     assert [box_id for box_id, _ in bench.arm.asked] == [NEVER.id, SECOND.id, THIRD.id], (
         'asked once each'
     )
+
+
+def test_what_is_predicted_to_be_impossible_or_slow_is_not_planned(make_core_bench):
+    bench = make_core_bench(arm=Counting())
+    bench.core.on_scan(make_scan(FIRST, SECOND, THIRD, stamp_s=time.time()))
+    bench.arm.unreachable = FIRST.id
+    slow, quick = (beside(box, revision=1) for box in (SECOND, THIRD))
+    bench.arm.slow = SECOND.id
+    nowhere, late, answer = check(bench, make_decision(FIRST), slow, quick, enough_s=10.0)
+    assert (nowhere.code, nowhere.motion_s) == (ErrorCode.NO_IK_SOLUTION, math.inf)
+    assert (late.code, late.motion_s) == (ErrorCode.DEADLINE_UNREACHABLE, 99.0)
+    assert answer.code is ErrorCode.NONE and 2.0 < answer.motion_s < 10.0
+    assert [box_id for box_id, _ in bench.arm.asked] == [THIRD.id]
+
+
+def test_only_so_many_motions_are_planned_in_one_request(make_core_bench):
+    bench = make_core_bench(arm=Counting())
+    boxes = [make_box(number) for number in range(1, MAX_PLANNED + 3)]
+    bench.core.on_scan(make_scan(*boxes, stamp_s=time.time()))
+    codes = [answer.code for answer in check(bench, *(beside(box, revision=1) for box in boxes))]
+    assert codes == [ErrorCode.NONE] * MAX_PLANNED + [ErrorCode.BUSY] * 2
 
 
 def test_candidates_for_a_bin_that_was_just_swapped_find_it_empty(make_core_bench):

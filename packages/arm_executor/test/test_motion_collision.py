@@ -16,7 +16,8 @@ from arm_executor.model.kinematics import CellKinematics
 from arm_executor.model.layout import Layout, bin_blocks, conveyor_block
 from arm_executor.model.robot_data import find_robot
 from arm_executor.model.urdf import cell_urdf
-from arm_executor.motion.collision import ARM_MARGIN, BOX_SKIN, WIDE_MARGIN, PlanningWorld
+from arm_executor.motion.collision import PlanningWorld
+from arm_executor.motion.obstacle_world import ARM_MARGIN, BOX_SKIN, WIDE_MARGIN
 from arm_executor.motion.path import JointPath
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import parse_bin

@@ -4,15 +4,24 @@ from __future__ import annotations
 
 import threading
 import time
+from dataclasses import replace
 
 import pytest
 from executor_cases import LAYOUT, LDC, make_box, make_decision, pick_of
 
 from arm_executor.arms.timed import FAULT_SHIFT_M, TimedArm
-from arm_executor.model.arm_interface import MotionError, MotionHooks, PlaceRequest
+from arm_executor.model.arm_interface import (
+    MotionError,
+    MotionHooks,
+    MotionUnderWay,
+    PlaceRequest,
+)
 from pack_msgs_py.codes import ErrorCode, Phase
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Bin, parse_bin
+
+#: Where a box stands clear of the one that :func:`make_request` places by default.
+BESIDE = Pose((0.6, 0.15, 0.075))
 
 
 def make_request(number=1, station='A', target=None):
@@ -59,37 +68,40 @@ def execute(arm, request, *, at=None, stop=None):
     return result, calls
 
 
-@pytest.mark.parametrize(
-    ('name', 'station', 'low', 'high'),
-    [
-        ('EQ', 'A', 3.5, 4.9),
-        ('LDC', 'A', 3.5, 5.5),
-        ('LDC', 'B', 3.5, 5.5),
-        ('LDC', 'C', 4.6, 5.5),
-        ('PAL', 'A', 3.5, 6.6),
-    ],
-)
-def test_the_predicted_time_is_like_that_of_the_real_arm(name, station, low, high):
-    spec = parse_bin(name)
-    arm = make_timed(spec=spec)
-    length, breadth, _ = (edge / 1e3 for edge in spec.size_mm)
-    times = [
-        arm.plan(make_request(station=station, target=Pose((x, y, z)))).predicted_s
-        for x in (0.2, length / 2, length - 0.2)
-        for y in (0.2, breadth - 0.2)
-        for z in (0.1, 0.5)
-    ]
-    assert low < min(times) < max(times) < high
-
-
 def test_what_was_planned_is_what_is_spent_and_measured():
     arm = make_timed()
     request = make_request()
+    planned = arm.plan(request)
     result, _ = execute(arm, request)
     assert result.code is ErrorCode.NONE
-    assert result.motion_s == pytest.approx(arm.plan(request).predicted_s)
+    assert result.motion_s == pytest.approx(planned.predicted_s)
     assert result.motion_s == pytest.approx(sum(result.split_s.values()))
     assert (result.measured, result.others, result.others_moved_m) == (request.target, {}, 0.0)
+
+
+def test_a_place_that_is_taken_is_refused():
+    arm = make_timed()
+    execute(arm, make_request(1))
+    with pytest.raises(MotionError, match='box-1') as caught:
+        arm.plan(make_request(2))
+    assert caught.value.code is ErrorCode.PATH_IN_COLLISION
+
+
+def test_a_place_that_the_box_under_way_takes_is_refused():
+    arm = make_timed()
+    first = make_request(1)
+    under_way = MotionUnderWay(arm.plan(first), first.target)
+    with pytest.raises(MotionError, match='box-1'):
+        arm.plan(make_request(2), under_way)
+    assert arm.plan(make_request(2, target=BESIDE), under_way).predicted_s > 3.0
+
+
+def test_a_place_that_the_arm_does_not_reach_is_refused():
+    tall = parse_bin('LDC')
+    arm = make_timed(spec=replace(tall, size_mm=(*tall.size_mm[:2], 2500.0)))
+    with pytest.raises(MotionError) as caught:
+        arm.plan(make_request(target=Pose((0.2, 0.2, 2.4))))
+    assert caught.value.code is ErrorCode.NO_IK_SOLUTION
 
 
 def test_hooks_come_in_order_and_progress_never_goes_back():
@@ -138,7 +150,7 @@ def test_a_stop_after_the_release_comes_too_late():
 def test_the_other_boxes_of_the_bin_are_measured():
     arm = make_timed()
     execute(arm, make_request(1))
-    result, _ = execute(arm, make_request(2))
+    result, _ = execute(arm, make_request(2, target=BESIDE))
     assert result.others == {'box-1': make_request(1).target}
 
 
@@ -163,7 +175,7 @@ def test_a_fault_ends_the_motion(code, held):
 def test_a_fault_shifts_a_box():
     arm = make_timed(faults={'box-2': ErrorCode.OTHERS_DISTURBED})
     execute(arm, make_request(1))
-    result, _ = execute(arm, make_request(2))
+    result, _ = execute(arm, make_request(2, target=BESIDE))
     assert result.others_moved_m == FAULT_SHIFT_M
     assert result.others['box-1'].position[0] == pytest.approx(0.15 + FAULT_SHIFT_M)
 

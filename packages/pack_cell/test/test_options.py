@@ -197,7 +197,7 @@ def test_defaults_are_the_demo_settings():
 
 @pytest.mark.parametrize(
     ('arguments', 'payload'),
-    [([], 22.0), (['--robot', 'ur10e'], 9.5), (['--robot', 'ur10e', '--arm', 'timed'], 0.0)],
+    [([], 22.0), (['--robot', 'ur10e'], 9.5), (['--robot', 'ur10e', '--arm', 'timed'], 9.5)],
 )
 def test_the_planner_knows_what_the_robot_lifts(arguments, payload, tmp_path):
     options = parse_run_options(arguments)

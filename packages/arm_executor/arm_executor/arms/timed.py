@@ -1,18 +1,22 @@
 """An arm without physics: it only spends the time that the motion would take.
 
-For soaks, planner studies and tests. Every box comes to rest exactly where it should, unless it
-is not what was scanned, or a fault is asked for.
+For dry runs, soaks, planner studies and tests. Reach and time are predicted as the arm in physics
+plans them (:mod:`arm_executor.motion.predictor`). Every box comes to rest exactly where it should,
+unless it is not what was scanned, or a fault is asked for.
 """
 
 from __future__ import annotations
 
-import math
 import threading
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
 
 from arm_executor.arms.kind import ArmKind
+from arm_executor.arms.prediction import BinContent, PredictedCell
 from arm_executor.arms.true_boxes import Truth, mismatch, missed_by_pad, true_rest
 from arm_executor.model.arm_interface import (
     MotionError,
@@ -22,34 +26,18 @@ from arm_executor.model.arm_interface import (
     MotionUnderWay,
     PlaceRequest,
 )
-from arm_executor.model.layout import Layout, bin_frame
-from arm_executor.motion.grasp import as_lying, by_front
+from arm_executor.model.layout import Layout, lifting_limit
+from arm_executor.motion.planned import PlannedMotion
+from arm_executor.motion.stances import GRIP_S, RELEASE_S
 from pack_msgs_py.codes import ErrorCode, Phase
-from pack_msgs_py.geometry.pose import Pose
-from pack_msgs_py.values import Bin
+from pack_msgs_py.geometry.pose import Pose, metres
+from pack_msgs_py.values import Bin, BinSpec, Vec3
 
-#: Speed and acceleration of the tool centre point, assumed. Together with the rail of the layout
-#: and the two allowances below they give medians of 4.1 s (EQ), 4.4 s (LDC), 5.1 s (PAL and RC)
-#: at stations A and B and 5.2 s (LDC) at C, near those measured with the physics prototype.
-TOOL_SPEED_M_S, TOOL_ACCELERATION_M_S2 = 1.5, 5.0
-#: Base joint of a UR20 (data sheet: 120 deg/s); the acceleration is assumed.
-TURN_SPEED_RAD_S, TURN_ACCELERATION_RAD_S2 = math.radians(120.0), 5.0
-#: The arm reaches this far to the side while the rail carries it less.
-LEAN_M = 0.3
-#: Turn of the base between belt and station C; the elbow makes up for the rest of the half turn.
-HALF_TURN_RAD = math.radians(120.0)
-#: Building up, and breaking, the vacuum: assumed.
-GRIP_S = 0.25
-#: Air between the carried box and the rims that it passes over.
-CLEARANCE_M = 0.10
-#: How much longer a box takes that is taken by its front: to get the tool level, and down again;
-#: medians of planned motions.
-TO_LEVEL_S, FROM_LEVEL_S = 1.0, 0.7
+Array = NDArray[np.float64]
+
 #: A waiting thread looks this often whether progress is due; a stop is noticed at once.
 SLICE_S = 0.1
 
-#: Phases after the grasp.
-AFTER_PICK = (Phase.TRANSFERRING, Phase.LOWERING, Phase.RELEASING, Phase.RETREATING)
 
 _AT_PLANNING = frozenset(
     {
@@ -66,57 +54,30 @@ _IN_TRANSFER = frozenset(
 FAULT_SHIFT_M, FAULT_DELAY_S = 0.02, 60.0
 
 
-def trapezoid_time(distance: float, speed: float, acceleration: float) -> float:
-    """Seconds from rest to rest over ``distance`` with a trapezoidal speed profile.
-
-    >>> trapezoid_time(3.0, 1.5, 3.0)
-    2.5
-    """
-    if distance * acceleration < speed * speed:
-        return 2.0 * math.sqrt(distance / acceleration)
-    return distance / speed + speed / acceleration
-
-
-def predict(request: PlaceRequest, target: Bin, layout: Layout) -> dict[Phase, float]:
-    """Robot time by phase, seconds: a simple model of the arm described in the layout.
-
-    The tool waits over the pick point, as high as the tallest box; goes down to the box; lifts it
-    over the rim of the bin while the rail and the turning base bring it over its place; lowers
-    it; goes up and back over the pick point. Going up overlaps half with going across.
-    """
-    front = by_front(request)
-    request = request if front else as_lying(request)
-    frame = bin_frame(layout, target.station, target.spec)
-    place = frame.to_cell(request.target).position
-    height = request.box.size_mm[2] / 1e3
-    pick_top = request.pick.position[2] + height / 2
-    place_top = place[2] + height / 2
-    rim = frame.origin[2] + target.spec.size_mm[2] / 1e3
-    over = max(rim + CLEARANCE_M + height, pick_top, place_top + CLEARANCE_M)
-    wait_height = layout.conveyor.top_z + layout.conveyor.tallest_box + CLEARANCE_M
-
-    def tool(distance: float) -> float:
-        return trapezoid_time(abs(distance), TOOL_SPEED_M_S, TOOL_ACCELERATION_M_S2)
-
-    rail = trapezoid_time(
-        max(0.0, abs(place[0] - request.pick.position[0]) - LEAN_M),
-        layout.rail.speed,
-        layout.rail.acceleration,
-    )
-    half_turn = place[1] * request.pick.position[1] < 0
-    turn = trapezoid_time(
-        HALF_TURN_RAD if half_turn else 0.0, TURN_SPEED_RAD_S, TURN_ACCELERATION_RAD_S2
-    )
-    across = max(rail, turn)
-    to_level, from_level = (TO_LEVEL_S, FROM_LEVEL_S) if front else (0.0, 0.0)
+def phases_of(motion: PlannedMotion) -> dict[Phase, float]:
+    """Robot time of ``motion`` by phase, seconds."""
     return {
-        Phase.APPROACHING: tool(wait_height - pick_top) + to_level,
+        Phase.APPROACHING: motion.approach.duration,
         Phase.GRASPING: GRIP_S,
-        Phase.TRANSFERRING: tool(over - pick_top) / 2 + across + from_level,
-        Phase.LOWERING: tool(over - place_top),
-        Phase.RELEASING: GRIP_S,
-        Phase.RETREATING: tool(over - place_top) / 2 + across,
+        Phase.TRANSFERRING: motion.lowering_s,
+        Phase.LOWERING: motion.carry.duration - motion.lowering_s,
+        Phase.RELEASING: RELEASE_S,
+        Phase.RETREATING: motion.retreat.duration,
     }
+
+
+@dataclass(frozen=True)
+class _Predicted:
+    """The last prediction: what is predicted is mostly planned next."""
+
+    request: PlaceRequest
+    start: Array
+    bins: dict[str, BinContent]
+    motion: PlannedMotion
+
+    def serves(self, request: PlaceRequest, start: Array, bins: dict[str, BinContent]) -> bool:
+        """Whether it is about that."""
+        return self.request == request and np.array_equal(self.start, start) and self.bins == bins
 
 
 class TimedArm:
@@ -146,13 +107,20 @@ class TimedArm:
         self._layout = layout or Layout()
         self._speed = speed
         self._faults = {} if faults is None else faults
-        self._bins: dict[str, Bin] = {}
+        self._cell = PredictedCell(self._layout)
+        self._at = self._cell.home
+        self._specs: dict[str, BinSpec] = {}
+        self._sizes: dict[str, Vec3] = {}
         self._contents: dict[str, dict[str, Pose]] = {}
         self._held: str | None = None
+        self._last: _Predicted | None = None
 
     def set_bins(self, bins: Sequence[Bin], poses: Mapping[str, Pose]) -> dict[str, Pose]:
         """Every box stays where ``poses`` says."""
-        self._bins = {bin_.station: bin_ for bin_ in bins}
+        self._specs = {bin_.station: bin_.spec for bin_ in bins}
+        self._sizes = {
+            placed.box.id: metres(placed.box.size_mm) for bin_ in bins for placed in bin_.boxes
+        }
         self._truth.keep({placed.box.id for bin_ in bins for placed in bin_.boxes})
         self._contents = {
             bin_.station: {placed.box.id: poses[placed.box.id] for placed in bin_.boxes}
@@ -163,21 +131,46 @@ class TimedArm:
         }
 
     def plan(self, request: PlaceRequest, after: MotionUnderWay | None = None) -> MotionPlan:
-        """Predict the time by :func:`predict`; what the other motion does has no bearing on it."""
+        """Predict the motion, from where the arm is, or where ``after`` ends."""
         started = time.perf_counter()
-        target = self._bins.get(request.station)
-        if target is None:
-            msg = f'there is no bin at station {request.station!r}'
-            raise MotionError(ErrorCode.START_STATE_INVALID, msg)
         fault = self._faults.get(request.box.id)
         if fault in _AT_PLANNING:
             msg = f'box {request.box.id!r}: {fault.name}, as asked for'
             raise MotionError(fault, msg)
-        split = predict(request, target, self._layout)
-        total_s, after_s = sum(split.values()), sum(split[phase] for phase in AFTER_PICK)
+        motion = self._motion(request, after)
         return MotionPlan(
-            request, total_s, time.perf_counter() - started, split, after_pick_s=after_s
+            request,
+            motion.duration,
+            time.perf_counter() - started,
+            motion,
+            after_pick_s=motion.duration_after_pick,
         )
+
+    def predict(self, request: PlaceRequest, after: MotionUnderWay | None = None) -> float:
+        """See :meth:`arm_executor.model.arm_interface.PredictingArm.predict`; it is exact."""
+        return self._motion(request, after).duration
+
+    def _motion(self, request: PlaceRequest, after: MotionUnderWay | None) -> PlannedMotion:
+        if request.station not in self._specs:
+            msg = f'there is no bin at station {request.station!r}'
+            raise MotionError(ErrorCode.START_STATE_INVALID, msg)
+        start = self._at if after is None else after.plan.detail.retreat.q[-1]
+        bins, known = self._standing(after), self._last
+        if known is None or not known.serves(request, start, bins):
+            motion = self._cell.motion(request, start, bins)
+            self._last = known = _Predicted(request, start, bins, motion)
+        return known.motion
+
+    def _standing(self, after: MotionUnderWay | None) -> dict[str, BinContent]:
+        """What stands at each station when ``after`` has ended."""
+        boxes = {
+            station: {box_id: (self._sizes[box_id], pose) for box_id, pose in content.items()}
+            for station, content in self._contents.items()
+        }
+        if after is not None:
+            first = after.plan.request
+            boxes[first.station][first.box.id] = (metres(first.box.size_mm), after.rest)
+        return {station: BinContent(self._specs[station], boxes[station]) for station in boxes}
 
     def execute(self, plan: MotionPlan, hooks: MotionHooks, stop: threading.Event) -> MotionResult:
         """Spend the time of each phase, and call the hooks where they belong."""
@@ -190,7 +183,8 @@ class TimedArm:
         spent: dict[Phase, float] = {}
         true = self._truth.find(box_id)
         released = False
-        for phase, duration in plan.detail.items():
+        self._at = self._cell.home  # wherever it ends early
+        for phase, duration in phases_of(plan.detail).items():
             if phase is Phase.RELEASING:
                 hooks.releasing()
             if not self._spend(phase, duration, spent, plan.predicted_s, hooks, stop):
@@ -214,6 +208,7 @@ class TimedArm:
                 hooks.released()
                 released = True
         assert released
+        self._at = plan.detail.retreat.q[-1]
         return self._measured(request, fault, spent)
 
     def _spend(
@@ -263,6 +258,7 @@ class TimedArm:
         elif fault is ErrorCode.DEADLINE_MISSED:
             spent[Phase.RETREATING] += FAULT_DELAY_S
         others = dict(contents)
+        self._sizes[request.box.id] = metres(request.box.size_mm)
         contents[request.box.id] = measured
         text = '' if code is ErrorCode.NONE else f'{code.name}, as asked for'
         return replace(
@@ -308,4 +304,5 @@ TIMED = ArmKind(
     name='timed',
     summary='only spends the time',
     make=lambda setup: TimedArm(setup.layout, speed=setup.speed, truth=setup.truth),
+    lifting_limit=lifting_limit,
 )

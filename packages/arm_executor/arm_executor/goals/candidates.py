@@ -1,11 +1,13 @@
 """Answers check_placements on a thread of its own, so that the arm can move meanwhile.
 
-While a goal runs, candidates are judged by what the bins will be when it has succeeded, and their
+An arm that can predict does so first, and only what that lets through is planned. While a goal
+runs, candidates are judged by what the bins will be when it has succeeded, and their
 motions start where the running one ends.
 """
 
 from __future__ import annotations
 
+import math
 import queue
 import threading
 import traceback
@@ -20,12 +22,18 @@ from arm_executor.goals.outputs import Checked, Output, Replied, Said, Ticket
 from arm_executor.goals.place_goal import PlaceGoal
 from arm_executor.goals.placing import Placing, Tools
 from arm_executor.goals.waiting import waiting_for
-from arm_executor.model.arm_interface import MotionError, MotionUnderWay
+from arm_executor.model.arm_interface import (
+    MotionError,
+    MotionUnderWay,
+    PlaceRequest,
+    PredictingArm,
+)
 from pack_msgs_py.codes import ErrorCode, Mode
 from pack_msgs_py.geometry.resting import resting_pose, with_measured, with_poses
 
-#: More candidates of one request than this are answered with BUSY, since infeasible ones are slow.
-MAX_CANDIDATES = 8
+#: More candidates of one request than this are answered with BUSY, and those after so many whose
+#: motion was planned, since that is slow.
+MAX_CANDIDATES, MAX_PLANNED = 64, 8
 
 
 @dataclass(frozen=True)
@@ -83,6 +91,7 @@ class CandidateChecker:
         self._jobs: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._work, name='checks', daemon=True)
         self._ended = threading.Event()
+        self._planned = 0
 
     def start(self) -> None:
         """Begin to answer."""
@@ -106,9 +115,10 @@ class CandidateChecker:
 
     def _answer(self, ticket: Ticket, goals: Sequence[PlaceGoal], enough_s: float) -> None:
         answers: list[Checked] = []
+        self._planned = 0
         try:
             while len(answers) < len(goals) and not self._ended.is_set():
-                answer = self._checked(len(answers), goals[len(answers)])
+                answer = self._checked(len(answers), goals[len(answers)], enough_s)
                 answers.append(answer)
                 if answer.code is ErrorCode.NONE and answer.motion_s <= enough_s:
                     text = f'not looked at, since candidate {len(answers)} will do'
@@ -119,7 +129,7 @@ class CandidateChecker:
             answers += [failed] * (len(goals) - len(answers))
         self._emit(Replied(ticket, answers))
 
-    def _checked(self, index: int, goal: PlaceGoal) -> Checked:
+    def _checked(self, index: int, goal: PlaceGoal, enough_s: float) -> Checked:
         if index >= MAX_CANDIDATES:
             text = f'candidate {index + 1}: at most {MAX_CANDIDATES} are looked at in one request'
             return Checked(ErrorCode.BUSY, text)
@@ -135,11 +145,41 @@ class CandidateChecker:
         try:
             sigmas = tools.settings.profile.size_sigmas
             request = request_of(goal, target.station, view.state.scan, sigmas)
+            tray_s = _tray_s(goal, view, tools)
+            if isinstance(tools.arm, PredictingArm):
+                unlikely = _unlikely(tools.arm, request, view.after, tray_s, enough_s)
+                if unlikely is not None:
+                    return unlikely
+            if self._planned >= MAX_PLANNED:
+                text = f'at most {MAX_PLANNED} motions are planned in one request'
+                return Checked(ErrorCode.BUSY, text)
+            self._planned += 1
             plan = tools.plans.plan(tools.arm, request, bins.poses, view.after)
         except MotionError as error:
             return Checked(error.code, str(error))
-        hidden_s = tools.clock.elapsed_s() if view.after is None else view.after.plan.after_pick_s
-        tilt_time_s = tools.settings.tilt_time_s
-        box_id, scan = goal.decision.box.id, view.state.scan
-        tray_s = waiting_for(box_id, goal.pick, scan, hidden_s, tilt_time_s).tray_s
         return Checked(ErrorCode.NONE, '', plan.predicted_s + tray_s)
+
+
+def _tray_s(goal: PlaceGoal, view: CandidateView, tools: Tools) -> float:
+    """How long the arm would wait for the tilt tray, seconds."""
+    hidden_s = tools.clock.elapsed_s() if view.after is None else view.after.plan.after_pick_s
+    box_id, tilt_time_s = goal.decision.box.id, tools.settings.tilt_time_s
+    return waiting_for(box_id, goal.pick, view.state.scan, hidden_s, tilt_time_s).tray_s
+
+
+def _unlikely(
+    arm: PredictingArm,
+    request: PlaceRequest,
+    after: MotionUnderWay | None,
+    tray_s: float,
+    enough_s: float,
+) -> Checked | None:
+    """Why planning is not worth while, with the seconds that are predicted; else ``None``."""
+    try:
+        seconds = arm.predict(request, after) + tray_s
+    except MotionError as error:
+        return Checked(error.code, str(error), math.inf)
+    if enough_s <= 0 or seconds <= enough_s:
+        return None
+    text = f'the motion takes about {seconds:.2f} s, {enough_s:.2f} s will do'
+    return Checked(ErrorCode.DEADLINE_UNREACHABLE, text, seconds)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from pack_msgs_py.codes import ErrorCode, Phase
 from pack_msgs_py.geometry.pose import Pose
@@ -201,3 +201,20 @@ class Arm(Protocol):
 
     def close(self) -> None:
         """Give everything back; nothing is called afterwards."""
+
+
+@runtime_checkable
+class PredictingArm(Protocol):
+    """What an :class:`Arm` may have besides: it can tell quickly what planning would find.
+
+    Then many candidates can be asked about at a time, and only the promising ones are planned.
+    """
+
+    def predict(self, request: PlaceRequest, after: MotionUnderWay | None = None) -> float:
+        """What :attr:`MotionPlan.predicted_s` would be, to some percent; else as :meth:`Arm.plan`.
+
+        Raises
+        ------
+        MotionError
+            There is most probably no such motion.
+        """

@@ -30,7 +30,8 @@ _COLOURS = {
     'carriage': _STEEL,
 }
 
-_PAD_THICKNESS = 0.04
+#: Of the pad at the end of the mast, metres.
+PAD_THICKNESS = 0.04
 #: Estimated, kg.
 _CARRIAGE_MASS = 150.0
 _WEIGHTLESS = LinkInertia(1e-3, (0.0, 0.0, 0.0), (1e-6, 0.0, 0.0, 1e-6, 0.0, 1e-6))
@@ -123,12 +124,12 @@ def _carriage(layout: Layout) -> str:
 
 def _tool(layout: Layout) -> str:
     tool = layout.tool
-    tube = tool.length - _PAD_THICKNESS
+    tube = tool.length - PAD_THICKNESS
     mast = f'<cylinder radius="{tool.diameter / 2:g}" length="{tube:g}"/>'
-    pad = f'<box size="{tool.pad_edge:g} {tool.pad_edge:g} {_PAD_THICKNESS:g}"/>'
+    pad = f'<box size="{tool.pad_edge:g} {tool.pad_edge:g} {PAD_THICKNESS:g}"/>'
     shapes = ''.join(
         _shape(tag, (0, 0, tube / 2), (0, 0, 0), mast, 'tool')
-        + _shape(tag, (0, 0, tool.length - _PAD_THICKNESS / 2), (0, 0, 0), pad, 'tool')
+        + _shape(tag, (0, 0, tool.length - PAD_THICKNESS / 2), (0, 0, 0), pad, 'tool')
         for tag in ('visual', 'collision')
     )
     # Below its middle, since the pad is at its end.

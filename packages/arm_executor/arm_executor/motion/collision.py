@@ -18,6 +18,14 @@ from arm_executor.model.kinematics import quaternions_of
 from arm_executor.model.layout import Block, Layout
 from arm_executor.model.robot_data import RobotModel
 from arm_executor.model.urdf import cell_urdf
+from arm_executor.motion.obstacle_world import (
+    ARM_MARGIN,
+    BOX_MARGIN,
+    BOX_SKIN,
+    PAD_MARGIN,
+    WIDE_FROM,
+    WIDE_MARGIN,
+)
 from arm_executor.motion.path import JointPath
 from arm_executor.motion.swing import Obstacles
 from pack_msgs_py.geometry.pose import Pose, extent
@@ -25,16 +33,6 @@ from pack_msgs_py.values import Vec3
 
 Array = NDArray[np.float64]
 
-#: Least distances, metres: of the arm's round links, of the pad, of the carried box. The last two
-#: are below half a profile's clearance to a wall (2 mm), and pad and box are checked that much
-#: larger: PyBullet reports two boxes only once they overlap, round shapes already before.
-ARM_MARGIN, PAD_MARGIN, BOX_MARGIN = 0.005, 0.001, 0.001
-#: The same while the box goes across, and how far from its ends that begins, seen from above:
-#: only straight up and down does it pass its neighbours closely.
-WIDE_MARGIN, WIDE_FROM = 0.012, 0.02
-#: The carried box is checked without this much at its bottom and top, so that what it stands on
-#: and the pad are no collisions.
-BOX_SKIN = 0.004
 #: Links this many joints apart cannot meet, or always touch.
 _NEIGHBOUR_LINKS = 2
 _TOOL_LINKS = ('tool', 'tcp')

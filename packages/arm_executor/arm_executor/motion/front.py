@@ -21,9 +21,9 @@ from arm_executor.model.kinematics import BRANCHES, CellKinematics
 from arm_executor.model.layout import Layout
 from arm_executor.model.suction import check_grip
 from arm_executor.motion.blend import blended
-from arm_executor.motion.collision import BOX_SKIN, PlanningWorld
 from arm_executor.motion.front_stances import QUARTER, FrontStance, find_front_stances, unwind
 from arm_executor.motion.grasp import front_point, turned_down
+from arm_executor.motion.obstacle_world import BOX_SKIN, ObstacleWorld
 from arm_executor.motion.path import (
     JointPath,
     joint_path,
@@ -60,7 +60,7 @@ _STYLES = (PathStyle(0.30), PathStyle(0.15), PathStyle(0.06, lift=0.05, slant=Fa
 
 
 class FrontPlanner:
-    """Plans front grasps for one arm in one cell against one :class:`PlanningWorld`.
+    """Plans front grasps for one arm in one cell against one :class:`ObstacleWorld`.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ class FrontPlanner:
         kinematics: CellKinematics,
         timing: Timing,
         layout: Layout,
-        world: PlanningWorld,
+        world: ObstacleWorld,
         period: float,
     ) -> None:
         self._kinematics = kinematics

@@ -23,8 +23,8 @@ Waypoint = tuple[float, float, float, float, float]
 
 #: Weight of a radian of yaw against a metre, for the spacing of samples.
 _YAW_WEIGHT = 0.3
-#: Spacing of the curve before it is sampled, metres.
-_FINE = 0.002
+#: Spacing of the curve before it is sampled, as a share of that of the samples.
+_FINE = 2 / 15
 #: How much longer than it is the end of a path may count.
 _STRETCH = 2.0
 #: Largest joint step between two samples, radians; beyond it the branch has jumped.
@@ -62,7 +62,7 @@ def rounded(points: Sequence[Waypoint], corner: float, step: float) -> Array:
     table = table[keep]
     if len(table) == 1:
         table = np.repeat(table, 2, axis=0)
-    curve = _smoothed(table, corner)
+    curve = _smoothed(table, corner, _FINE * step)
     along = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1))]
     count = max(8, math.ceil(along[-1] / step) + 1)
     at = np.linspace(0.0, along[-1], count)
@@ -71,19 +71,20 @@ def rounded(points: Sequence[Waypoint], corner: float, step: float) -> Array:
     return scaled
 
 
-def _smoothed(corners: Array, reach: float) -> Array:
+def _smoothed(corners: Array, reach: float, fine: float) -> Array:
     """The polyline through ``corners`` (k, 5), rounded within ``reach`` of each inner corner.
 
-    A cubic B-spline kernel keeps straight parts straight and curvature continuous, which the
-    timing needs: a kink in curvature is a spike in acceleration. A first or last part too short
-    for ``reach`` counts as up to twice as long, so that it stays straighter.
+    Points are ``fine`` metres apart. A cubic B-spline kernel keeps straight parts straight and
+    curvature continuous, which the timing needs: a kink in curvature is a spike in acceleration. A
+    first or last part too short for ``reach`` counts as up to twice as long, so that it stays
+    straighter.
     """
     lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
     for end in (0, -1):
         lengths[end] = max(1e-3, lengths[end], min(1.2 * reach, _STRETCH * lengths[end]))
     at_corner = np.r_[0.0, np.cumsum(lengths)]
     total = at_corner[-1]
-    count = max(9, math.ceil(total / _FINE) + 1)
+    count = max(9, math.ceil(total / fine) + 1)
     # No wider than the whole line, or mirroring it would not keep its ends.
     half = max(1, min(round(reach / (total / (count - 1)) / 4), (count - 1) // 4))
     at = np.linspace(0.0, total, count)

@@ -19,9 +19,9 @@ from arm_executor.model.arm_interface import MotionError, PlaceRequest
 from arm_executor.model.kinematics import BRANCHES, HOME_POSTURE, CellKinematics
 from arm_executor.model.layout import Layout
 from arm_executor.model.robot_data import RobotModel
-from arm_executor.motion.collision import BOX_SKIN, PlanningWorld
 from arm_executor.motion.front import FrontPlanner
 from arm_executor.motion.grasp import as_lying
+from arm_executor.motion.obstacle_world import BOX_SKIN, ObstacleWorld
 from arm_executor.motion.path import (
     JointPath,
     Waypoint,
@@ -49,7 +49,7 @@ PATH_STEP, CHECK_PERIOD = 0.015, 0.015
 #: stance is free that way.
 _BOLD = (PathStyle(0.30), PathStyle(0.15), PathStyle(0.12, slant=False))
 _LAST = (PathStyle(0.06, lift=0.05, slant=False), PathStyle(0.12, lift=0.30, slant=False))
-_MAX_TRIED, _MAX_TIMED, _BUDGET_S = 10, 4, 0.35
+_MAX_TRIED, _MAX_TIMED, _BUDGET_S = 30, 4, 0.5
 #: A motion this quick is taken as it comes; a slower one is compared with one more; seconds.
 _QUICK_S = 4.5
 #: The box is being lowered once it is this far below the top of its way, metres.
@@ -77,7 +77,7 @@ class _Paths:
 
 
 class MotionPlanner:
-    """Plans for one arm in one cell against one :class:`PlanningWorld`.
+    """Plans for one arm in one cell against one :class:`ObstacleWorld`.
 
     Parameters
     ----------
@@ -85,6 +85,8 @@ class MotionPlanner:
     limits : assumed limits of motion.
     world : says what would be touched.
     period : of the samples of a trajectory, seconds.
+    timing : says how fast a path can be travelled; exactly by default.
+    step : spacing of the samples of a path, metres.
     """
 
     def __init__(
@@ -92,14 +94,18 @@ class MotionPlanner:
         robot: RobotModel,
         layout: Layout,
         limits: MotionLimits,
-        world: PlanningWorld,
+        world: ObstacleWorld,
         period: float,
+        *,
+        timing: Timing | None = None,
+        step: float = PATH_STEP,
     ) -> None:
         self.kinematics = CellKinematics(robot, layout)
-        self.timing = Timing(robot, layout, limits)
+        self.timing = timing or Timing(robot, layout, limits)
         self._layout = layout
         self._world = world
         self._period = period
+        self._step = step
         self._front = FrontPlanner(self.kinematics, self.timing, layout, world, period)
 
     def home(self) -> Array:
@@ -285,7 +291,7 @@ class MotionPlanner:
         obstacles = self._world.obstacles(without=walls)
         first = ''
         for style in styles:
-            samples = rounded(leg(style, obstacles), style.corner, PATH_STEP)
+            samples = rounded(leg(style, obstacles), style.corner, self._step)
             path = joint_path(self.kinematics, samples, stance.branch)
             follows = None if path is None else starting_at(path, at)
             hit = 'a joint limit' if follows is None else check(follows)
@@ -345,18 +351,24 @@ class MotionPlanner:
             pieces.append(timed)
         carry, retreat = pieces[-2:]
         approach = joined(pieces[:-2])
-        before, on_way, after = (self._seen(self._every(leg)) for leg in (approach, carry, retreat))
-        turned = task.pick_yaw + task.turn
-        hit = (
-            self._carry_hit(task, on_way)
-            or self._bare_hit(task, before, 'the box at the pick point', task.pick, task.pick_yaw)
-            or self._bare_hit(task, after, 'the box in place', task.place, turned)
-        )
+        hit = self._motion_hit(task, approach, carry, retreat)
         if hit is not None:
             return hit
         height = self.kinematics.tool(carry.q)[:, 2, 3]
         lowering = int(np.nonzero(height > height.max() - _LEVEL)[0].max())
         return PlannedMotion(approach, carry, retreat, float(carry.times[lowering]), paths.carry)
+
+    def _motion_hit(
+        self, task: Task, approach: Trajectory, carry: Trajectory, retreat: Trajectory
+    ) -> str | None:
+        """What touches first along the timed trajectories, which their paths are only near."""
+        before, on_way, after = (self._seen(self._every(leg)) for leg in (approach, carry, retreat))
+        turned = task.pick_yaw + task.turn
+        return (
+            self._carry_hit(task, on_way)
+            or self._bare_hit(task, before, 'the box at the pick point', task.pick, task.pick_yaw)
+            or self._bare_hit(task, after, 'the box in place', task.place, turned)
+        )
 
     def _every(self, trajectory: Trajectory) -> Array:
         every = max(1, int(CHECK_PERIOD / self._period))

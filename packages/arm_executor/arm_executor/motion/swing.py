@@ -117,5 +117,5 @@ def _straight(across: Array) -> bool:
 
 
 def _at(point: Array, height: float) -> Waypoint:
-    rail, theta, radius, _, yaw = (float(value) for value in point)
+    rail, theta, radius, _, yaw = point.tolist()
     return (rail, theta, radius, height, yaw)

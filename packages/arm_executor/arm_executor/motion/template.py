@@ -24,8 +24,8 @@ Array = NDArray[np.float64]
 #: Distance between a box and the edges of an open front that it goes round.
 _BEFORE_FRONT = 0.03
 #: A box reaches its place behind a front from this much aside and before: where the last 2 cm
-#: begin, it must be 12 mm (:data:`~arm_executor.motion.collision.WIDE_MARGIN`) beside the wall,
-#: though the corner there is rounded.
+#: begin, it must be 12 mm (:data:`~arm_executor.motion.obstacle_world.WIDE_MARGIN`) beside the
+#: wall, though the corner there is rounded.
 _ASIDE = 0.020
 #: Samples of a way across, and their spacing where the way has corners.
 _ACROSS, _SPACING = 48, 0.03
@@ -164,15 +164,12 @@ def _cartesian(ends: Sequence[Waypoint], points: Sequence[tuple[float, float]]) 
     knots = np.r_[0.0, np.cumsum(lengths)]
     at = np.linspace(0.0, knots[-1], max(8, math.ceil(knots[-1] / _SPACING)))
     begin, end = ends
-    turned = knots[-3] or knots[-1]
-    rows: list[Waypoint] = []
-    for way in at:
-        share = way / knots[-1]
-        xyz = (np.interp(way, knots, table[:, 0]), np.interp(way, knots, table[:, 1]), 0.0)
-        yaw = begin[4] + (end[4] - begin[4]) * min(1.0, way / turned)
-        rail = begin[0] + (end[0] - begin[0]) * share
-        rows.append(waypoint(rail, xyz, yaw, rows[-1][1] if rows else begin[1]))
-    return np.array(rows)
+    share = at / knots[-1]
+    rail = begin[0] + (end[0] - begin[0]) * share
+    yaw = begin[4] + (end[4] - begin[4]) * np.minimum(1.0, at / (knots[-3] or knots[-1]))
+    x, y = (np.interp(at, knots, column) for column in table.T)
+    theta = np.unwrap(np.r_[begin[1], np.arctan2(y, x - rail)])[1:]
+    return np.stack([rail, theta, np.hypot(x - rail, y), np.zeros_like(at), yaw], axis=1)
 
 
 def _with_box(obstacles: Obstacles, top: Vec3, size: Vec3) -> Obstacles:

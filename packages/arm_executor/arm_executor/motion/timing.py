@@ -18,6 +18,7 @@ import toppra
 from numpy.typing import NDArray
 from toppra import algorithm, constraint
 
+from arm_executor.model.kinematics import CellKinematics
 from arm_executor.model.layout import Layout
 from arm_executor.model.robot_data import RobotModel
 from arm_executor.model.suction import LEAST_ACCELERATION, holding_limits, tool_acceleration_limit
@@ -102,6 +103,7 @@ class Timing:
     def __init__(self, robot: RobotModel, layout: Layout, limits: MotionLimits) -> None:
         self.limits = limits
         self._tool = layout.tool
+        self.kinematics = CellKinematics(robot, layout)
         self._model = pinocchio.buildModelFromXML(cell_urdf(robot, layout))
         self._loaded: OrderedDict[Load | None, _Loaded] = OrderedDict()
         rail = layout.rail
@@ -171,6 +173,20 @@ class Timing:
         rows = zip(trajectory.q, trajectory.qd, trajectory.qdd, strict=True)
         return np.array([pinocchio.rnea(model, data, *row) for row in rows])
 
+    def torques_along(
+        self, q: Array, slope: Array, bend: Array, load: Load | None
+    ) -> tuple[Array, Array, Array]:
+        """Torques (n, 7) for each unit of acceleration, and of squared speed, and to hold still.
+
+        Along a path of a parameter by which ``q`` (n, 7) has derivatives ``slope`` and ``bend``.
+        """
+        model = self._loaded_with(load).model
+        data, still = model.createData(), np.zeros(7)
+        hold = np.array([pinocchio.rnea(model, data, at, still, still) for at in q])
+        by_u = [pinocchio.rnea(model, data, *row) for row in zip(q, 0 * q, slope, strict=True)]
+        by_x = [pinocchio.rnea(model, data, *row) for row in zip(q, slope, bend, strict=True)]
+        return np.array(by_u) - hold, np.array(by_x) - hold, hold
+
     def _loaded_with(self, load: Load | None) -> _Loaded:
         if load not in self._loaded:
             model = self._model.copy()
@@ -185,7 +201,7 @@ class Timing:
         self._loaded.move_to_end(load)
         return self._loaded[load]
 
-    def _tool_polytope(self, load: Load | None) -> tuple[Array, Array]:
+    def tool_limits(self, load: Load | None) -> tuple[Array, Array]:
         """What the pad may do, empty or with ``load`` on it: directions (n, 3), and limits (n,).
 
         Level it is limited in eight directions; between two of them 8 % more gets through.
@@ -221,7 +237,7 @@ class Timing:
             ).linear
             return result
 
-        directions, bounds = self._tool_polytope(load)
+        directions, bounds = self.tool_limits(load)
         return [
             constraint.JointVelocityConstraint(_both_ways(self.max_speed)),
             constraint.JointAccelerationConstraint(_both_ways(self.max_acceleration)),

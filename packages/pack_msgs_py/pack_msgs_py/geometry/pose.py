@@ -116,8 +116,10 @@ def corners(pose: Pose, size_m: Vec3) -> list[Vec3]:
 
 def extent(pose: Pose, size_m: Vec3) -> tuple[Vec3, Vec3]:
     """Lowest and highest x, y, z that a box of ``size_m`` takes up with its centre at ``pose``."""
-    xs, ys, zs = zip(*corners(pose, size_m), strict=True)
-    return (min(xs), min(ys), min(zs)), (max(xs), max(ys), max(zs))
+    rows = rotation_matrix(pose.quaternion)
+    (x, y, z), (length, breadth, height) = pose.position, size_m
+    hx, hy, hz = ((abs(a) * length + abs(b) * breadth + abs(c) * height) / 2 for a, b, c in rows)
+    return (x - hx, y - hy, z - hz), (x + hx, y + hy, z + hz)
 
 
 def corner_distance(first: Pose, second: Pose, size_m: Vec3) -> float:

@@ -33,6 +33,8 @@ from arm_executor.model.robot_data import find_robot
 from arm_executor.model.tree import CELL_JOINT_NAMES
 from arm_executor.motion.collision import PlanningWorld
 from arm_executor.motion.planner import MotionPlanner
+from arm_executor.motion.predictor import MotionPredictor
+from arm_executor.motion.quick_world import QuickWorld
 from arm_executor.motion.timing import MotionLimits
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import STATIONS, Bin, BinSpec, Box
@@ -80,14 +82,16 @@ class PhysicsArm:
         self.world = PhysicsWorld(robot, self.layout, speed)
         self.gripper = SuctionGripper(self.world, self.layout.tool)
         self.obstacles = PlanningWorld(robot, self.layout)
-        self.obstacles.set_block(conveyor_block(self.layout))
-        motions = MotionPlanner(
-            robot, self.layout, limits or MotionLimits(), self.obstacles, STEP_S
-        )
-        self.bins = StandingBins(self.layout, self.world, self.obstacles)
+        sketched = QuickWorld(robot, self.layout)
+        for planned_in in (self.obstacles, sketched):
+            planned_in.set_block(conveyor_block(self.layout))
+        limits = limits or MotionLimits()
+        motions = MotionPlanner(robot, self.layout, limits, self.obstacles, STEP_S)
+        predictor = MotionPredictor(robot, self.layout, limits, sketched)
+        self.bins = StandingBins(self.layout, self.world, self.obstacles, sketched)
         self.driver = ArmDriver(self.world, self.gripper, motions.home())
         self.planning = PhysicsPlanning(
-            motions, self.bins, self.driver, self.gripper, self.layout.tool
+            motions, predictor, self.bins, self.driver, self.gripper, self.layout.tool
         )
         self._execution = PhysicsExecution(
             self.world,
@@ -122,6 +126,10 @@ class PhysicsArm:
         if after is None:
             return self.planning.plan(request)
         return self.planning.plan_after(request, after)
+
+    def predict(self, request: PlaceRequest, after: MotionUnderWay | None = None) -> float:
+        """See :meth:`arm_executor.model.arm_interface.PredictingArm.predict`."""
+        return self.planning.predict(request, after)
 
     def execute(self, plan: MotionPlan, hooks: MotionHooks, stop: threading.Event) -> MotionResult:
         """See :meth:`arm_executor.model.arm_interface.Arm.execute`."""

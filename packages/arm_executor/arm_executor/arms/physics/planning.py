@@ -21,6 +21,7 @@ from arm_executor.model.suction import check_grip
 from arm_executor.motion.grasp import as_lying
 from arm_executor.motion.planned import PlannedMotion
 from arm_executor.motion.planner import MotionPlanner
+from arm_executor.motion.predictor import MotionPredictor
 from arm_executor.motion.timing import Load, Trajectory
 from pack_msgs_py.codes import ErrorCode
 
@@ -34,7 +35,7 @@ class PhysicsPlanning:
 
     Parameters
     ----------
-    motions : finds motions between configurations.
+    motions, predictor : find motions between configurations, and predict what is found.
     bins : what stands in the cell.
     driver, gripper : where the arm is, and whether its pad is free.
     tool : the suction mast, which must hold the box.
@@ -43,12 +44,14 @@ class PhysicsPlanning:
     def __init__(
         self,
         motions: MotionPlanner,
+        predictor: MotionPredictor,
         bins: StandingBins,
         driver: ArmDriver,
         gripper: SuctionGripper,
         tool: Tool,
     ) -> None:
         self.motions = motions
+        self._predictor = predictor
         self._bins = bins
         self._driver = driver
         self._gripper = gripper
@@ -62,26 +65,37 @@ class PhysicsPlanning:
         MotionError
             There is no motion, no bin at the station, or a box in the gripper.
         """
+        begun_s = time.perf_counter()
+        return _plan(request, self._from_now(request, self.motions), begun_s)
+
+    def plan_after(self, request: PlaceRequest, first: MotionUnderWay) -> MotionPlan:
+        """Plan from where ``first`` ends, with its box in its bin; raises as :meth:`plan` does."""
+        begun_s = time.perf_counter()
+        return _plan(request, self._from_after(request, first, self.motions), begun_s)
+
+    def predict(self, request: PlaceRequest, after: MotionUnderWay | None) -> float:
+        """Robot time that planning most probably finds, seconds; raises as :meth:`plan` does."""
+        if after is None:
+            return self._from_now(request, self._predictor).duration
+        return self._from_after(request, after, self._predictor).duration
+
+    def _from_now(self, request: PlaceRequest, motions: MotionPlanner) -> PlannedMotion:
         with self._bins.lock:
-            begun_s = time.perf_counter()
             target = self._target(request)
             if self._gripper.box_id is not None:
                 msg = f'the arm still holds box {self._gripper.box_id}; return it to the belt first'
                 raise MotionError(ErrorCode.START_STATE_INVALID, msg)
             check_grip(self._tool, as_lying(request).box)
-            site = self._bins.site(target)
-            motion = self.motions.plan(request, self._driver.commanded, site)
-        return _plan(request, motion, begun_s)
+            return motions.plan(request, self._driver.commanded, self._bins.site(target))
 
-    def plan_after(self, request: PlaceRequest, first: MotionUnderWay) -> MotionPlan:
-        """Plan from where ``first`` ends, with its box in its bin; raises as :meth:`plan` does."""
+    def _from_after(
+        self, request: PlaceRequest, first: MotionUnderWay, motions: MotionPlanner
+    ) -> PlannedMotion:
         with self._bins.lock:
-            begun_s = time.perf_counter()
             target = self._target(request)
             start: Array = first.plan.detail.retreat.q[-1]
             with self._bins.expecting(target, first) as site:
-                motion = self.motions.plan(request, start, site)
-        return _plan(request, motion, begun_s)
+                return motions.plan(request, start, site)
 
     def _target(self, request: PlaceRequest) -> StandingBin:
         target = self._bins.find(request.station)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from arm_executor.arms.physics.world import PhysicsWorld
 from arm_executor.model.arm_interface import MotionError, MotionUnderWay
 from arm_executor.model.layout import BinFrame, Layout, bin_blocks, bin_frame, check_layout
-from arm_executor.motion.collision import PlanningWorld
+from arm_executor.motion.obstacle_world import ObstacleWorld
 from arm_executor.motion.task import Site, StandingBox
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.geometry.pose import Pose, corner_distance, extent, folded, metres, turn_between
@@ -42,14 +42,14 @@ class StandingBin:
 class StandingBins:
     """Keeps the two worlds in step with the bins; only what changed is touched.
 
-    ``lock`` is held by whoever changes the world for planning, or plans in it: one thread moves
-    the arm, another plans ahead.
+    ``plannings`` are the worlds for planning and for prediction. ``lock`` is held by whoever
+    changes them, or plans in them: one thread moves the arm, another plans ahead.
     """
 
-    def __init__(self, layout: Layout, world: PhysicsWorld, planning: PlanningWorld) -> None:
+    def __init__(self, layout: Layout, world: PhysicsWorld, *plannings: ObstacleWorld) -> None:
         self._layout = layout
         self._world = world
-        self._planning = planning
+        self._plannings = plannings
         self._by_station: dict[str, StandingBin] = {}
         self.lock = threading.RLock()
 
@@ -108,14 +108,16 @@ class StandingBins:
                 if box_id in standing_bin.box_ids:
                     standing_bin.box_ids.remove(box_id)
             self._world.remove_box(box_id)
-            self._planning.remove(_obstacle(box_id))
+            for planning in self._plannings:
+                planning.remove(_obstacle(box_id))
 
     def show_planner(self, standing_bin: StandingBin) -> None:
         """Tell planning where the boxes of ``standing_bin`` are now."""
         with self.lock:
             for box_id in standing_bin.box_ids:
                 size = self._world.boxes[box_id].size
-                self._planning.set_box(_obstacle(box_id), size, self._world.pose(box_id))
+                for planning in self._plannings:
+                    planning.set_box(_obstacle(box_id), size, self._world.pose(box_id))
 
     def site(self, standing_bin: StandingBin) -> Site:
         """``standing_bin`` as the planner sees it."""
@@ -147,17 +149,20 @@ class StandingBins:
             boxes = [box for box in site.boxes if box.box_id != box_id]
             site = replace(site, boxes=[*boxes, _standing_box(box_id, pose, size)])
         name = f'expected box {box_id}'
-        self._planning.set_box(name, size, pose)
+        for planning in self._plannings:
+            planning.set_box(name, size, pose)
         try:
             yield site
         finally:
-            self._planning.remove(name)
+            for planning in self._plannings:
+                planning.remove(name)
 
     def _add(self, station: str, new: Bin) -> None:
         blocks = bin_blocks(self._layout, station, new.spec)
         self._world.add_part(_part(station), blocks)
-        for block in blocks:
-            self._planning.set_block(block)
+        for planning in self._plannings:
+            for block in blocks:
+                planning.set_block(block)
         frame = bin_frame(self._layout, station, new.spec)
         self._by_station[station] = StandingBin(station, new.id, new.spec, frame)
 
@@ -166,7 +171,8 @@ class StandingBins:
             self.forget(box_id)
         self._world.remove_part(_part(standing_bin.station))
         for block in bin_blocks(self._layout, standing_bin.station, standing_bin.spec):
-            self._planning.remove(block.name)
+            for planning in self._plannings:
+                planning.remove(block.name)
         del self._by_station[standing_bin.station]
 
     def _fill(self, standing_bin: StandingBin, new: Bin, poses: Mapping[str, Pose]) -> bool:
