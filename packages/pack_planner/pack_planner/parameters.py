@@ -145,10 +145,10 @@ class PlannerParameters:
         5.5, 'time for a box: planning that no motion hid, plus motion', unit='s', low=0.1
     )
     candidates: int = parameter(
-        8,
+        12,
         'placements that the arm is asked about at a time, best first; 0 to send goals unasked',
         low=0,
-        high=8,
+        high=64,
     )
     check_timeout_s: float = parameter(
         1.0,

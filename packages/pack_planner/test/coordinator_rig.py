@@ -117,14 +117,8 @@ class CoordinatorRig:
         self.coordinator.on_planned(number, Planned(PlaceStep(offered[0]), tuple(offered[1:])))
 
     def answer(self, *answers):
-        """The arm's answers: codes of refusals, or seconds of motion."""
-        self.coordinator.on_checked(
-            self.asked[0],
-            [
-                CheckAnswer(said) if isinstance(said, ErrorCode) else CheckAnswer(OK, said)
-                for said in answers
-            ],
-        )
+        """The arm's answers: codes of refusals, or seconds of motion, or whole ones."""
+        self.coordinator.on_checked(self.asked[0], [_whole(said) for said in answers])
 
     def outcome(self, outcome):
         self.coordinator.on_planned(max(self.situations), Planned(outcome))
@@ -169,3 +163,9 @@ class CoordinatorRig:
 
 def box(name):
     return Box(name, (100.0, 100.0, 100.0))
+
+
+def _whole(said):
+    if isinstance(said, CheckAnswer):
+        return said
+    return CheckAnswer(said) if isinstance(said, ErrorCode) else CheckAnswer(OK, said)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
 from coordinator_rig import EMPTY, CoordinatorRig, box
 
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode
-from pack_planner.coordination.negotiation import HIDDEN_TIMEOUT_S, MARGIN_S
+from pack_planner.coordination.negotiation import HIDDEN_TIMEOUT_S, MARGIN_S, CheckAnswer
 from pack_planner.decision.planner import CloseStep
 
 NO_PATH, NO_REACH = ErrorCode.PATH_IN_COLLISION, ErrorCode.NO_IK_SOLUTION
@@ -59,6 +60,43 @@ def test_candidates_that_are_refused_are_never_asked_about_again(rig):
     rig.answer(NO_PATH, 6.0)
     refused = rig.situations[3].forbidden.refused(box('a'), EMPTY)
     assert [zone.corner_mm for zone in refused] == [LEFT, RIGHT, BACK]
+
+
+NOWHERE = CheckAnswer(NO_REACH, math.inf)
+SLOW = CheckAnswer(ErrorCode.DEADLINE_UNREACHABLE, 6.5)
+
+
+def test_the_first_choice_is_the_best_that_a_prediction_lets_through(rig):
+    rig.planned('a', LEFT, RIGHT, BACK)
+    assert len(rig.asked[1]) == 3, 'what the algorithm names itself is asked about at once'
+    rig.answer(NOWHERE, SLOW, 3.2)
+    assert rig.sent.corner_mm == BACK
+    assert (rig.sent.candidates_checked, rig.sent.first_refusal) == (3, ErrorCode.NONE)
+
+
+def test_a_first_choice_that_planning_refuses_is_counted_in_whatever_round(rig):
+    rig.planned('a', LEFT, RIGHT)
+    rig.answer(NOWHERE, SLOW)
+    rig.planned('a', BACK, (200, 200, 0))
+    rig.answer(NO_PATH, 4.2)
+    assert (rig.sent.corner_mm, rig.sent.first_refusal) == ((200, 200, 0), NO_PATH)
+
+
+def test_what_only_the_talk_made_late_is_sent_though_it_was_only_predicted(rig):
+    rig.planned('a')
+    rig.now += 0.3
+    rig.answer(CheckAnswer(ErrorCode.DEADLINE_UNREACHABLE, 5.2))
+    assert rig.sent.corner_mm == LEFT
+    assert rig.situations[1].forbidden.by_bin == {}
+
+
+def test_the_arm_is_asked_about_no_more_than_it_may_be():
+    rig = CoordinatorRig(candidates=2)
+    rig.bins()
+    rig.scan()
+    rig.beat()
+    rig.planned('a', LEFT, RIGHT, BACK)
+    assert [candidate.corner_mm for candidate in rig.asked[1]] == [LEFT, RIGHT]
 
 
 def test_a_bin_is_closed_when_every_candidate_was_refused(rig):

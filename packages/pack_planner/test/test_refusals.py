@@ -15,7 +15,14 @@ from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Bin, Box
 from pack_planner.coordination.alternatives import planned, quick
 from pack_planner.decision.planner import CloseStep, PlaceStep, Planner, PolicySettings, RejectStep
-from pack_planner.decision.refusals import TRIES_IN_EMPTY_BIN, TRIES_PER_CONTENT, Refusals
+from pack_planner.decision.refusals import (
+    PREDICTIONS_PER_TRY,
+    TRIES_IN_EMPTY_BIN,
+    TRIES_PER_BOX,
+    TRIES_PER_CONTENT,
+    Refusals,
+)
+from pack_planner.engine.engine import REFUSED_RADIUS_MM
 
 
 @pytest.fixture
@@ -32,11 +39,11 @@ def refused(target, box_id, *corners, code=ErrorCode.RULE_VIOLATION, size=(100.0
     return memory
 
 
-def test_a_refused_box_goes_at_least_ten_centimetres_away(planner):
+def test_a_refused_box_goes_at_least_four_centimetres_away(planner):
     box = Box('a', (100.0, 100.0, 100.0))
     memory = refused(EMPTY, 'a', (0, 0, 0))
     decision = planner.decide(state([box], forbidden=memory.snapshot())).decision
-    assert decision.corner_mm == (100, 0, 0)
+    assert decision.corner_mm == (REFUSED_RADIUS_MM, 0, 0)
 
 
 SIX = [(x, y, 0) for x in (0, 100, 200) for y in (0, 100)]
@@ -75,7 +82,8 @@ def test_a_box_out_of_reach_at_one_station_waits_for_an_empty_bin_at_another(pla
     box = Box('a', (100.0, 100.0, 100.0))
     known = refused(STATION_C, 'a', *MANY, code=ErrorCode.DEADLINE_UNREACHABLE).snapshot()
     # At A there is no room left; an empty bin there may be within reach.
-    assert planner.decide(state([box], LEFT, STATION_C, forbidden=known)) == CloseStep(LEFT)
+    outcome = planner.decide(state([box], LEFT, STATION_C, forbidden=known))
+    assert isinstance(outcome, CloseStep) and outcome.target == LEFT
     # Another box that fits goes first.
     other = Box('b', (100.0, 100.0, 100.0))
     outcome = planner.decide(state([box, other], LEFT, STATION_C, forbidden=known))
@@ -99,7 +107,41 @@ def test_when_everything_is_refused_the_fullest_bin_is_closed(planner):
     target = Bin('b', 1, SMALL, (block(100),), revision=2)
     memory = refused(target, 'a', *((x, y, 100) for x, y, _ in SIX))
     box = Box('a', (100.0, 100.0, 100.0))
-    assert planner.decide(state([box], target, forbidden=memory.snapshot())) == CloseStep(target)
+    outcome = planner.decide(state([box], target, forbidden=memory.snapshot()))
+    assert isinstance(outcome, CloseStep) and outcome.target == target
+
+
+def test_before_a_bin_is_closed_everything_is_offered_that_was_not_refused_itself(planner):
+    target = Bin('b', 1, SMALL, (block(100),), revision=2)
+    box = Box('a', (100.0, 100.0, 100.0))
+    known = refused(target, 'a', *((x, y, 100) for x, y, _ in SIX)).snapshot()
+    offered = []
+    while True:
+        offer = planned(planner.decide, planner.decide, state([box], target, forbidden=known), 1)
+        if isinstance(offer.outcome, CloseStep):
+            break
+        decision = offer.outcome.decision
+        offered.append(decision.corner_mm)
+        known = known.plus(target, decision)
+    far = lambda a, b: max(abs(a[0] - b[0]), abs(a[1] - b[1])) >= REFUSED_RADIUS_MM  # noqa: E731
+    assert len(offered) > 20 and known.leaves_out
+    assert all(far(a, b) for a, b in itertools.combinations(offered, 2))
+    # What is left is near a place that was refused, wherever on the grid.
+    places = [*offered, *(zone.corner_mm for zone in known.refused(box, target))]
+    for x, y in itertools.product(range(0, 501, 10), range(0, 301, 10)):
+        assert not all(far((x, y), place) for place in places)
+
+
+def test_what_is_only_predicted_counts_less():
+    target = Bin('b', 1, SMALL, (block(100),), revision=2)
+    box, memory = Box('a', (20.0, 20.0, 20.0)), Refusals()
+    places = itertools.product(range(0, 501, 50), range(0, 301, 50))
+    for number, (x, y) in enumerate(places, 1):
+        decision = Decision(box, target.id, corner_mm=(x, y, 100))
+        memory.learn(target, decision, ErrorCode.NO_IK_SOLUTION, predicted=True)
+        left_out = memory.snapshot((target,))(box, target) is None
+        assert left_out == (number >= TRIES_PER_BOX * PREDICTIONS_PER_TRY)
+    assert memory.snapshot((target,)).to_the_last()(box, target) is not None
 
 
 def test_a_refusal_also_holds_in_the_bin_as_virtual_packing_goes_on():
@@ -188,7 +230,7 @@ def test_alternatives_keep_away_from_each_other_and_come_best_first(planner):
     assert len(corners) == 4 and objectives == sorted(objectives)
     for first, other in itertools.combinations(offer.candidates(), 2):
         apart = max(abs(a - b) for a, b in zip(first.corner_mm, other.corner_mm, strict=True))
-        assert first.orientation != other.orientation or apart >= 100
+        assert first.orientation != other.orientation or apart >= REFUSED_RADIUS_MM
 
 
 def test_alternatives_of_mpack_come_from_mpack_lite():

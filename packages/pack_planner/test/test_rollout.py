@@ -85,6 +85,16 @@ def test_a_decision_ends_with_its_nodes_and_has_an_answer(cell):
     assert late.candidate == decide(cell, boxes, target, node_limit=0).candidate
 
 
+def test_it_names_what_it_would_do_instead(cell):
+    rng = random.Random(4)
+    target, boxes = random_bin(cell, rng, 6, 'bin-1'), [random_box(rng, f'n-{i}') for i in range(4)]
+    choice = decide(cell, boxes, target)
+    every = (choice.candidate, *choice.others)
+    assert len(choice.others) > 3 and len({str(other.placed) for other in every}) == len(every)
+    for candidate in every:
+        assert cell.broken_rules(candidate, target) == ''
+
+
 def test_nothing_fits_is_no_answer(paper):
     full = Bin('b', 1, SMALL, (placed('block', (0, 0, 0), (600, 400, 350)),))
     assert decide(paper, [cube('a', 100), cube('b', 200)], full) is None

@@ -80,14 +80,16 @@ class Problem:
 class Choice:
     """The answer: one placement, and how sure the algorithm is of it.
 
-    ``reason`` says for people why this box. ``gap`` is how far the objective may at most lie above
-    the optimum, relative to it; 0 when it is proven, infinite when nothing is known.
+    ``reason`` says for people why this box. ``others`` are what it would choose instead, best
+    first, as far as it knows without deciding anew. ``gap`` is how far the objective may at most
+    lie above the optimum, relative to it; 0 when it is proven, infinite when nothing is known.
     """
 
     candidate: Candidate
     status: PlacementStatus = PlacementStatus.OPTIMAL
     reason: str = ''
     gap: float = 0.0
+    others: tuple[Candidate, ...] = ()
 
 
 #: Chooses a placement; ``None`` when no box of the look-ahead fits into any open bin.

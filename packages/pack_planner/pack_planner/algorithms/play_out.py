@@ -43,11 +43,13 @@ def best_plan(problem: Problem, weights: WasteWeights) -> Choice | None:
         totals.append(_played_out(outlook.bins, first, weights, len(problem.boxes)))
         if outlook.is_over():
             break
-    best = int(np.argmin(totals))
-    reason = f'least waste {totals[best]:.2f} of {len(totals)} plans for {len(every)} boxes'
+    order = np.argsort(totals, kind='stable')
+    least = totals[order[0]]
+    reason = f'least waste {least:.2f} of {len(totals)} plans for {len(every)} boxes'
     made_all = len(totals) == len(firsts)
     status = PlacementStatus.OPTIMAL if made_all else PlacementStatus.BUDGET
-    return Choice(outlook.candidate(firsts[best]), status, reason)
+    chosen, *others = (outlook.candidate(firsts[number]) for number in order)
+    return Choice(chosen, status, reason, others=tuple(others))
 
 
 def _played_out(

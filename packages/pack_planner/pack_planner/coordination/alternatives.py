@@ -1,7 +1,10 @@
 """The placements offered to the arm: the algorithm's choice, and what it would choose next.
 
-Each one is what the algorithm says when the ones before were refused, so that the order is its
-own; a refused position bars 10 cm around it, so that they differ.
+Mostly the algorithm names them itself. Otherwise each one is what it says when the ones before were
+refused, so that the order is its own; a refused position bars what is near it, so that they differ.
+
+A bin is closed only when the algorithm finds nothing more with nothing barred but what was really
+refused: :meth:`pack_planner.decision.refusals.Forbidden.to_the_last`.
 """
 
 from __future__ import annotations
@@ -10,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from pack_msgs_py.cell_values import Decision
-from pack_planner.decision.planner import PlaceStep, PlannerStep
+from pack_planner.decision.planner import CloseStep, PlaceStep, PlannerStep
 from pack_planner.decision.policy import DecisionState, PolicySettings
 
 
@@ -33,6 +36,10 @@ class Planned:
             return ()
         return (self.outcome.decision, *self.alternatives)
 
+    def limited(self, count: int) -> Planned:
+        """The same with at most ``count`` placements."""
+        return Planned(self.outcome, self.alternatives[: max(0, count - 1)])
+
 
 def planned(
     first: Callable[[DecisionState], PlannerStep],
@@ -40,8 +47,13 @@ def planned(
     state: DecisionState,
     count: int,
 ) -> Planned:
-    """The outcome by ``first``, and up to ``count`` - 1 alternatives by ``following``."""
+    """The outcome by ``first``, and its own alternatives, or ``count`` - 1 by ``following``."""
     outcome = first(state)
+    if isinstance(outcome, CloseStep) and state.forbidden.leaves_out:
+        state = replace(state, forbidden=state.forbidden.to_the_last())
+        outcome = following(state)
+    if isinstance(outcome, PlaceStep) and outcome.others:
+        return Planned(outcome, outcome.others)
     alternatives: list[Decision] = []
     last = outcome
     while isinstance(last, PlaceStep) and len(alternatives) < count - 1:

@@ -52,7 +52,7 @@ class BinAnswers:
             if refusal is ErrorCode.NONE:
                 continue
             said.refused[refusal] += 1
-            if answer.code is not ErrorCode.NONE:
+            if refusal is not ErrorCode.DEADLINE_UNREACHABLE:
                 continue
             if said.revision != candidate.bin_revision:
                 said.revision, said.slow_s = candidate.bin_revision, {}

@@ -174,6 +174,7 @@ class Coordinator:
             self._out.warn(f'no decision: {error}')
             self._stale_inputs = True
         else:
+            planned = planned.limited(self.asking.candidates)
             plan = replace(plan, talk=plan.talk.thought(planned))
             if self.asking.candidates and planned.candidates():
                 self._ask(plan, planned)

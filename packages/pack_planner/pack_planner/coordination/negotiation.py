@@ -48,24 +48,40 @@ class Asking:
 
 @dataclass(frozen=True)
 class CheckAnswer:
-    """What the arm says of one candidate; ``motion_s`` is the time that it would take."""
+    """What the arm says of one candidate; ``motion_s`` is the time that it would take.
+
+    When it refuses without planning it says so by the time that it predicts, infinite for no motion
+    at all; see PlacementCheck.msg.
+    """
 
     code: ErrorCode
     motion_s: float = 0.0
+
+    @property
+    def predicted(self) -> bool:
+        """Whether it was refused by a prediction alone."""
+        return self.code is not ErrorCode.NONE and self.motion_s > 0
+
+    @property
+    def possible(self) -> bool:
+        """Whether there is a motion, however long it takes."""
+        slow = self.code is ErrorCode.DEADLINE_UNREACHABLE and self.predicted
+        return slow or self.code is ErrorCode.NONE
 
 
 @dataclass(frozen=True)
 class Talk:
     """What was said so far about one decision, over all rounds of candidates.
 
-    ``first`` is the planner's first choice and ``first_refusal`` why the arm cannot do it;
-    ``planning_s`` and ``check_s`` are what all rounds took, ``trigger_s`` the stamp of the
-    youngest input when they began.
+    ``first`` is the planner's first choice. ``first_refusal`` is why the arm cannot do the first
+    one that its prediction let through, if ``first_known``; ``planning_s`` and ``check_s`` are what
+    all rounds took, ``trigger_s`` the stamp of the youngest input when they began.
     """
 
     trigger_s: float
     first: Decision | None = None
     first_refusal: ErrorCode = ErrorCode.NONE
+    first_known: bool = False
     checked: int = 0
     planning_s: float = 0.0
     check_s: float = 0.0
@@ -96,11 +112,11 @@ class Talk:
     def heard(self, answers: Sequence[CheckAnswer], seconds: float, limit_s: float) -> Talk:
         """After the arm has answered; what takes longer than ``limit_s`` counts as refused."""
         looked_at = [answer for answer in answers if answer.code not in TRANSIENT]
-        refusal = self.first_refusal
-        if not self.begun and looked_at:
-            refusal = refusal_of(looked_at[0], limit_s)
-        checked = self.checked + len(looked_at)
-        return replace(self, checked=checked, check_s=self.check_s + seconds, first_refusal=refusal)
+        let_through = [answer for answer in looked_at if not answer.predicted]
+        talk = replace(self, checked=self.checked + len(looked_at), check_s=self.check_s + seconds)
+        if self.first_known or not let_through:
+            return talk
+        return replace(talk, first_refusal=refusal_of(let_through[0], limit_s), first_known=True)
 
     def written_into(self, decision: Decision) -> Decision:
         """``decision`` with what was said about it."""
@@ -117,8 +133,9 @@ class Talk:
 
 def refusal_of(answer: CheckAnswer, limit_s: float) -> ErrorCode:
     """Why a candidate cannot be done; ``NONE`` when it can, or when nobody knows."""
-    if answer.code is ErrorCode.NONE and answer.motion_s > limit_s:
-        return ErrorCode.DEADLINE_UNREACHABLE
+    if answer.possible:
+        slow = answer.motion_s > limit_s
+        return ErrorCode.DEADLINE_UNREACHABLE if slow else ErrorCode.NONE
     return ErrorCode.NONE if answer.code in TRANSIENT else answer.code
 
 
@@ -134,7 +151,7 @@ def choose(
     which the arm says nothing, the first: the goal will show.
     """
     pairs = list(zip(candidates, answers, strict=True))
-    able = [(candidate, answer) for candidate, answer in pairs if answer.code is ErrorCode.NONE]
+    able = [(candidate, answer) for candidate, answer in pairs if answer.possible]
     for candidate, answer in able:
         if answer.motion_s <= limit_s:
             return candidate
@@ -158,4 +175,5 @@ def learn(
         if refusal is not ErrorCode.NONE:
             # How long the tray keeps the arm waiting is another matter for the next box.
             too_slow = refusal is ErrorCode.DEADLINE_UNREACHABLE and candidate.is_upright
-            refusals.learn(by_id[candidate.bin_id], candidate, refusal, lasting=too_slow)
+            target = by_id[candidate.bin_id]
+            refusals.learn(target, candidate, refusal, lasting=too_slow, predicted=answer.predicted)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from pack_msgs_py.cell_values import Decision
@@ -13,7 +13,7 @@ from pack_msgs_py.geometry.resting import resting_pose
 from pack_msgs_py.orientation import QUATERNIONS
 from pack_msgs_py.rules import may_enter
 from pack_msgs_py.values import Bin, Box, PlacedBox
-from pack_planner.algorithms.base import Memory
+from pack_planner.algorithms.base import Choice, Memory
 from pack_planner.algorithms.warm_up import warm_up
 from pack_planner.decision.bin_closing import next_destination
 from pack_planner.decision.closing_causes import ClosingCauses
@@ -24,7 +24,7 @@ from pack_planner.decision.policy import (
     check_choice,
     next_step,
 )
-from pack_planner.engine import Engine, Weights
+from pack_planner.engine import Candidate, Engine, Weights
 
 __all__ = [
     'CloseStep',
@@ -43,9 +43,13 @@ __all__ = [
 
 @dataclass(frozen=True)
 class PlaceStep:
-    """Put this box there; ``decision`` lacks only sequence numbers and stamps."""
+    """Put this box there; ``decision`` lacks only sequence numbers and stamps.
+
+    ``others`` are what the algorithm would do instead, best first, as far as it says so.
+    """
 
     decision: Decision
+    others: tuple[Decision, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -134,27 +138,35 @@ class Planner:
             left = [other for other in state.bins if other.id != choice.id]
             causes = self._closing_causes().of(engine, state)
             return CloseStep(choice, next_destination(choice, by_wait(state), left), causes)
-        candidate = choice.candidate
-        target = state.bins[candidate.bin_index]
         check_choice(self._settings, engine, state, choice)
-        placed = candidate.placed
-        return PlaceStep(
-            Decision(
-                box=placed.box,
-                bin_id=target.id,
-                bin_serial=target.serial,
-                bin_revision=target.revision,
-                orientation=placed.orientation,
-                corner_mm=placed.corner_mm,
-                size_mm=placed.size_mm,
-                target=target_pose(placed, target),
-                objective=candidate.objective,
-                algorithm=self._settings.spec.name,
-                profile=self._settings.profile.name,
-                status=choice.status,
-                reason=choice.reason,
-                planning_s=self._clock() - started,
-            )
+        seconds = self._clock() - started
+        made = [
+            self._made(choice, candidate, state.bins, seconds)
+            for candidate in (choice.candidate, *choice.others)
+        ]
+        return PlaceStep(made[0], tuple(made[1:]))
+
+    def _made(
+        self, choice: Choice, candidate: Candidate, bins: Sequence[Bin], seconds: float
+    ) -> Decision:
+        """``candidate``, which ``choice`` names, as a decision that took ``seconds``."""
+        target, placed = bins[candidate.bin_index], candidate.placed
+        first = candidate is choice.candidate
+        return Decision(
+            box=placed.box,
+            bin_id=target.id,
+            bin_serial=target.serial,
+            bin_revision=target.revision,
+            orientation=placed.orientation,
+            corner_mm=placed.corner_mm,
+            size_mm=placed.size_mm,
+            target=target_pose(placed, target),
+            objective=candidate.objective,
+            algorithm=self._settings.spec.name,
+            profile=self._settings.profile.name,
+            status=choice.status,
+            reason=choice.reason if first else 'next best',
+            planning_s=seconds if first else 0.0,
         )
 
     def _reject(self, box: Box, reason: Reason, text: str, started: float) -> Decision:

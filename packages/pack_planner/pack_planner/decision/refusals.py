@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.codes import ErrorCode
@@ -19,6 +19,10 @@ TRIES_PER_BOX = 6
 TRIES_IN_EMPTY_BIN = 30
 #: The same for all boxes together, in a bin that holds any.
 TRIES_PER_CONTENT = 30
+#: A refusal that is only predicted costs a tenth of that: it counts so much less.
+PREDICTIONS_PER_TRY = 5
+#: Before a bin is closed, or left for good, everything is tried, up to so many times as often.
+TO_THE_LAST = 20
 
 #: Refusals that hold as long as the bin stands: boxes only come, none ever leaves.
 LASTING = frozenset(
@@ -44,6 +48,7 @@ class Refused:
     code : why. What no path led to is refused to every box at least as wide and long, what took
         too long to every box at least as heavy.
     lasting : whether later contents of the bin do not change it.
+    predicted : whether the arm has not even tried to plan it.
     """
 
     box: Box
@@ -51,13 +56,20 @@ class Refused:
     revision: int
     code: ErrorCode = ErrorCode.UNKNOWN
     lasting: bool = False
+    predicted: bool = False
+
+    @property
+    def tries(self) -> float:
+        """What it counts."""
+        return 1 / PREDICTIONS_PER_TRY if self.predicted else 1.0
 
 
 class Refusals:
     """Refused placements by bin.
 
-    Around a refused position the box is not offered again within 10 cm at the same height and
-    turn. How long that holds, and what it means for other boxes, follows from the code.
+    Around a refused position the box is not offered again at the same height and turn, within
+    :data:`pack_planner.engine.engine.REFUSED_RADIUS_MM`. How long that holds, and what it means for
+    other boxes, follows from the code.
     """
 
     def __init__(self) -> None:
@@ -65,15 +77,27 @@ class Refusals:
         self._late: Refused | None = None
 
     def learn(
-        self, target: Bin, decision: Decision, code: ErrorCode, *, lasting: bool = False
+        self,
+        target: Bin,
+        decision: Decision,
+        code: ErrorCode,
+        *,
+        lasting: bool = False,
+        predicted: bool = False,
     ) -> None:
         """The arm refused ``decision`` with ``code``, or failed at it, in ``target`` as it is.
 
         When the arm had said before that it can do it in time, asking took too long: once more
         with the plan that it has by now, before that counts.
         """
-        refused = _refused(target, decision, code, lasting=lasting or code in LASTING)
-        if code in _SLOW and not lasting and decision.candidates_checked and self._late != refused:
+        lasting = lasting or code in LASTING
+        refused = _refused(target, decision, code, lasting=lasting, predicted=predicted)
+        if (
+            code in _SLOW
+            and not refused.lasting
+            and decision.candidates_checked
+            and self._late != refused
+        ):
             self._late = refused
             return
         self._by_bin[target.id] = (*self._by_bin.get(target.id, ()), refused)
@@ -110,11 +134,22 @@ class Forbidden:
 
     ``by_bin`` holds what the arm refused by bin id, ``contents`` the revision of each bin that is
     decided about. A bin that is packed virtually counts its revision on while in truth it is still
-    the one that was refused, so a refusal also holds for later revisions.
+    the one that was refused, so a refusal also holds for later revisions. ``thorough`` leaves out
+    nothing but what was refused.
     """
 
     by_bin: Mapping[str, tuple[Refused, ...]] = field(default_factory=dict)
     contents: Mapping[str, int] = field(default_factory=dict)
+    thorough: bool = False
+
+    @property
+    def leaves_out(self) -> bool:
+        """Whether more may be left out than what was refused."""
+        return bool(self.by_bin) and not self.thorough
+
+    def to_the_last(self) -> Forbidden:
+        """The same, but all is offered that was not refused itself."""
+        return replace(self, thorough=True)
 
     def refused(self, box: Box, target: Bin) -> tuple[Zone, ...]:
         """Placements of ``box`` that the arm refused in ``target`` as it is."""
@@ -128,7 +163,7 @@ class Forbidden:
         """The same with ``decision`` refused too."""
         refusal = _refused(target, decision)
         by_bin = {**self.by_bin, target.id: (*self.by_bin.get(target.id, ()), refusal)}
-        return Forbidden(by_bin, self.contents)
+        return replace(self, by_bin=by_bin)
 
     def without(self, code: ErrorCode) -> Forbidden:
         """The same without what was refused with ``code``."""
@@ -136,7 +171,7 @@ class Forbidden:
             bin_id: tuple(refused for refused in known if refused.code is not code)
             for bin_id, known in self.by_bin.items()
         }
-        return Forbidden({name: known for name, known in by_bin.items() if known}, self.contents)
+        return replace(self, by_bin={name: known for name, known in by_bin.items() if known})
 
     def __call__(self, box: Box, target: Bin) -> tuple[Zone, ...] | None:
         """Refused zones, or ``None`` when the box may not go into that bin at all."""
@@ -145,17 +180,24 @@ class Forbidden:
             return ()
         content = self.contents.get(target.id, max(refused.revision for refused in known))
         fresh = [refused for refused in known if refused.revision == content]
-        tries = sum(refused.box.id == box.id for refused in fresh)
+        tries = sum(refused.tries for refused in fresh if refused.box.id == box.id)
         slow = sum(
-            refused.box.id == box.id and refused.code in _SLOW and refused.lasting
+            refused.tries
             for refused in known
+            if refused.box.id == box.id and refused.code in _SLOW and refused.lasting
         )
+        more = TO_THE_LAST if self.thorough else 1
         hopeful = not target.boxes and not self.too_much_for_the_arm(box, target)
-        if max(tries, slow) >= (TRIES_IN_EMPTY_BIN if hopeful else TRIES_PER_BOX):
+        limit = TRIES_IN_EMPTY_BIN if hopeful else TRIES_PER_BOX * more
+        # with a little to spare for the sum of fractions
+        if max(tries, slow) >= limit - 1e-6:
             return None
-        if target.boxes and len(fresh) >= TRIES_PER_CONTENT:
+        content_tries = sum(refused.tries for refused in fresh)
+        if target.boxes and content_tries >= TRIES_PER_CONTENT * more - 1e-6:
             return None
         own = self.refused(box, target)
+        if self.thorough:
+            return own
         return (*own, *(zone for refused in known for zone in _also_refused(refused, box, target)))
 
     def _own(self, box: Box, target: Bin) -> list[Refused]:
@@ -168,10 +210,15 @@ class Forbidden:
 
 
 def _refused(
-    target: Bin, decision: Decision, code: ErrorCode = ErrorCode.UNKNOWN, *, lasting: bool = False
+    target: Bin,
+    decision: Decision,
+    code: ErrorCode = ErrorCode.UNKNOWN,
+    *,
+    lasting: bool = False,
+    predicted: bool = False,
 ) -> Refused:
     zone = Zone(decision.orientation, decision.corner_mm)
-    return Refused(decision.box, zone, target.revision, code, lasting)
+    return Refused(decision.box, zone, target.revision, code, lasting, predicted)
 
 
 def _also_refused(refused: Refused, box: Box, target: Bin) -> list[Zone]:

@@ -20,7 +20,7 @@ from pack_planner.engine.stands import stands_at
 from pack_planner.engine.turns import Turns, support_rule, turns_of
 
 #: How far around a refused position the same box is not offered again, millimetres.
-REFUSED_RADIUS_MM = 100
+REFUSED_RADIUS_MM = 40
 
 #: Far above what makes one term of eq. (1) count alone.
 MOST_WEIGHT = 1e6
@@ -54,7 +54,7 @@ class Weights:
 
 @dataclass(frozen=True)
 class Zone:
-    """A refused position of one box: not again within 10 cm at the same height and turn."""
+    """A refused position of one box: not again within 4 cm at the same height and turn."""
 
     orientation: str
     corner_mm: Int3
