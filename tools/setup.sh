@@ -63,12 +63,13 @@ build_digest() {
   ) | sha256sum
 }
 
-# Modules that Numba compiles, as `pack_planner.machine_code` knows them.
+# Modules that Numba compiles, as `pack_planner.machine_code` knows them, and those of the arm.
 compiled_digest() {
   (
     printf '%s\n' "$1"
-    cd "$root/packages/pack_planner/pack_planner"
-    grep -rlZE --include='*.py' 'njit|@compiled|@entry|@uncounted|NamedTuple' . |
+    cd "$root/packages"
+    grep -rlZE --include='*.py' 'njit|@compiled|@entry|@uncounted|NamedTuple' \
+      pack_planner/pack_planner arm_executor/arm_executor |
       LC_ALL=C sort -z | xargs -0 cat --
   ) | sha256sum
 }
@@ -267,12 +268,15 @@ build_packages() {
 compile_algorithms() (
   source "$state/env.sh"
   python -c '
+from arm_executor.arms.prediction import PredictedCell
+from arm_executor.model.layout import Layout
 from pack_msgs_py.profiles import PROFILES
 from pack_planner.algorithms import BUILT_IN
 from pack_planner.algorithms.warm_up import warm_up
 for name in BUILT_IN:
     for profile in PROFILES.values():
         warm_up(name, profile)
+PredictedCell(Layout())
 '
 )
 

@@ -129,7 +129,7 @@ def test_verdict_and_seconds_are_mostly_those_of_the_planner(name):
     pick = pick_pose(LAYOUT, box.size_mm)
     rows = []
     for station, boxes in contents.items():
-        for target in free_places(spec, boxes)[:12]:
+        for target in free_places(spec, boxes)[:7]:
             request = PlaceRequest(box, pick, station, target)
             rows.append((
                 seconds(planned.motion, request, cell.home),
