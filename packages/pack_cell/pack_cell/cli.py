@@ -14,7 +14,7 @@ from pack_cell.options.declaration import add_options
 from pack_cell.options.parsers import OneLineParser
 from pack_cell.options.run_options import RunOptions, run_options
 from pack_cell.report_page.command import add_report, run_report
-from pack_cell.running.node_parameters import check_cell
+from pack_cell.running.node_parameters import check_cell, tuned_note
 from pack_cell.running.run import EXIT_USAGE, run
 from pack_cell.tune.options import add_tune
 from pack_cell.what_if.options import add_compare
@@ -80,6 +80,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = run_options(basis | vars(parsed))
     try:
         check_cell(options)
+        if tuned_note(options):
+            print(f'cell {given[0]}: note: {tuned_note(options)}', file=sys.stderr)
         command = [os.environ.get('PACK_CELL_COMMAND', 'cell'), *given]
         return run(options, command)
     except (ValueError, OSError) as error:

@@ -13,7 +13,7 @@ from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Box, parse_bin
 
 EQ = parse_bin('EQ')
-DENSE = PROFILES['dense']
+DENSE = replace(PROFILES['dense'], orientations='upright')
 
 
 def boxes(count, size=(390.0, 390.0, 390.0), weight_kg=1.0, **more):

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import json
+import signal
+import subprocess
+import sys
+import time
 
 import pytest
 
 from pack_cell.bench.runner import Workers
 from pack_cell.cli import main
+from pack_cell.options.run_options import parse_run_options
+from pack_cell.running.node_parameters import tuned_note
 from pack_cell.tune.checking import Gain
 from pack_cell.tune.search import Limits, search
 from pack_cell.tune.space import LIMITS, UNIT, WeightSpace
@@ -110,6 +116,29 @@ def test_it_goes_on_where_it_was_and_ends_where_one_run_would(folder, capsys):
     assert once == twice
 
 
+@pytest.mark.slow
+def test_after_an_interrupt_the_same_command_goes_on(folder):
+    command = [sys.executable, '-m', 'pack_cell', 'tune', *FEW, '--algorithm', './mine.py:mine',
+               '--evaluations', '18']  # fmt: skip
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    trials = folder / 'tuned.json.trials'
+    deadline = time.monotonic() + 100.0
+    while not trials.exists() or trials.read_text().count('\n') < 4:
+        assert process.poll() is None and time.monotonic() < deadline
+        time.sleep(0.005)
+    process.send_signal(signal.SIGINT)
+    _, error = process.communicate(timeout=100.0)
+    assert process.returncode == 130
+    assert (
+        error.splitlines()[-1] == ('cell tune: interrupted; the same command goes on from here')
+        and 'Traceback' not in error
+    )
+    assert not (folder / 'tuned.json').exists()
+    known = trials.read_text()
+    assert tune('--evaluations', 18) == 0
+    assert trials.read_text().startswith(known)
+
+
 def test_what_a_file_holds_for_others_stays(folder):
     assert tune('--evaluations', 6) == 0
     (folder / 'tuned.json.trials').unlink()
@@ -198,7 +227,13 @@ def test_the_limits_are_of_weights_that_there_are():
 def test_a_point_of_the_space_is_weights_and_the_start_is_one():
     own = find_algorithm('foresight').weights
     space = WeightSpace(own)
-    assert dict(space.weights(space.first)) == pytest.approx(dict(space.start), abs=0.1)
+    inside = dict(space.weights(space.first))
+    limits = {name: LIMITS[name] for name in space.names}
+    assert all(
+        inside[name] == pytest.approx(value, abs=0.021 * (limits[name][1] - limits[name][0]))
+        for name, value in space.start
+        if name in limits
+    )
     kept = {name: value for name, value in space.start if name not in space.names}
     assert kept.items() <= dict(space.weights(0 * space.first)).items()
 
@@ -230,3 +265,27 @@ def test_time_ends_the_search_between_two_trials(folder):
 ])  # fmt: skip
 def test_the_verdict_weighs_the_gain_against_chance(after, verdict):
     assert Gain((60.0, 61.0), after).verdict == verdict
+
+
+def test_a_file_that_was_made_for_something_else_is_said_to_be(folder, capsys):
+    entry = TunedEntry('foresight', 'RC', (1200, 700, 1600), 'dense', 'any', (('lost', 1.0),))
+    write_table(TunedTable((entry,)), folder / 'cage.json')
+    given = ['--algorithm', 'foresight', '--tuned', 'cage.json', '--profile', 'dense']
+    options = parse_run_options([*given, '--bin', 'LDC'])
+    told = 'tuned for RC, dense, any; used for LDC, dense, upright'
+    assert tuned_note(options) == f'{folder / "cage.json"} was {told}'
+    assert tuned_note(parse_run_options(['--bin', 'LDC'])) == ''
+    few = ['--algorithms', 'foresight', '--bins', '60x40x40', '--boxes', 'boxes.csv']
+    assert main(['bench', *few, '--profile', 'dense', '--tuned', 'cage.json']) == 0
+    expected = 'note: cage.json was tuned for RC, dense, any; used for 60x40x40, dense, upright'
+    assert expected in capsys.readouterr().err
+
+
+def test_a_run_refuses_weights_that_are_not_for_its_algorithm(folder, capsys):
+    entry = TunedEntry('foresight', 'RC', (1200, 700, 1600), 'dense', 'any', (('lost', 1.0),))
+    write_table(TunedTable((entry,)), folder / 'cage.json')
+    assert main(['run', '--algorithm', 'rollout', '--tuned', 'cage.json']) == 2
+    assert "algorithm 'rollout' has no weights to tune" in capsys.readouterr().err
+    few = ['--algorithms', 'rollout,dbl', '--bins', '60x40x40']
+    assert main(['bench', *few, '--tuned', 'cage.json']) == 2
+    assert "algorithm 'rollout' has no weights to tune" in capsys.readouterr().err

@@ -14,6 +14,8 @@ from pack_planner import pack
 from pack_planner.algorithms import Problem, find_algorithm
 from pack_planner.engine import Engine
 
+UPRIGHT = replace(PROFILES['dense'], orientations='upright')
+
 
 def drawn(seed: int, count: int) -> list[Box]:
     rng, (boxes, _) = random.Random(seed), load_boxes('cartons')
@@ -26,7 +28,7 @@ def drawn(seed: int, count: int) -> list[Box]:
 @pytest.mark.slow
 def test_it_fills_bins_better_than_rollout_where_stacks_stand_by_mechanics():
     fills = {
-        name: pack(drawn(401, 150), 'LDC', name, 5, 2, 'dense').finish().fill_closed
+        name: pack(drawn(401, 150), 'LDC', name, 5, 2, UPRIGHT).finish().fill_closed
         for name in ('rollout', 'foresight')
     }
     assert fills['foresight'] > fills['rollout'] + 2.0
@@ -37,7 +39,7 @@ def test_it_knows_the_place_flush_with_the_far_wall(name, x_mm):
     """Beside a low box a tall one touches little, at the far wall it touches all of one side."""
     low = Box('low', (296.0, 396.0, 100.0), max_top_load_n=0.0)
     content = Bin('b', 1, parse_bin('60x40x40'), (PlacedBox(low, (0, 0, 0), (300, 400, 100)),))
-    engine = Engine(PROFILES['dense'])
+    engine = Engine(UPRIGHT)
     tall = Box('tall', (246.0, 386.0, 300.0))
     choice = find_algorithm(name)(Problem(engine, (tall,), (engine.model(content),)))
     assert choice.candidate.placed.corner_mm == (x_mm, 0, 0)

@@ -110,12 +110,18 @@ def check_tuned(settings: BenchSettings, cases: Sequence[Case]) -> None:
     """Refuse tuned weights that are for none of the algorithms, or not for one that has some."""
     from pack_planner.algorithms import find_algorithm
     from pack_planner.algorithms.tuned_tables import check_table
+    from pack_planner.algorithms.tuned_weights import unlike
 
     if settings.tuned is None:
         return
     algorithms = [find_algorithm(name) for name in dict.fromkeys(case.algorithm for case in cases)]
     for algorithm in [spec for spec in algorithms if spec.weights is not None] or algorithms:
         check_table(settings.tuned, algorithm.name, algorithm.weights)
+        for spec in dict.fromkeys(case.bin_spec for case in cases):
+            entry = settings.tuned.nearest(algorithm.name, spec, settings.profile)
+            told = '' if entry is None else unlike(entry, spec, settings.profile)
+            if told:
+                print(f'cell bench: note: {settings.tuned.source} was {told}', file=sys.stderr)
 
 
 def _algorithms(arguments: argparse.Namespace) -> list[tuple[str, AlgorithmSpec, str]]:

@@ -10,15 +10,18 @@ from arm_executor.reach.layout_file import find_layout, layout_for
 from conveyor_sim.streams import destination_names
 from pack_cell.options.declaration import declared_options
 from pack_cell.options.run_options import (
+    GRASP_FACES,
     SCAN_SIGMA_DEG,
     SCAN_SIGMA_KG,
     RunOptions,
     open_stream,
 )
 from pack_msgs_py.orientation import TRAY_HEIGHT_MM
+from pack_msgs_py.profiles import adapted, find_profile
 from pack_msgs_py.values import STATIONS, Box
 from pack_planner.algorithms import find_algorithm
 from pack_planner.algorithms.tuned_tables import check_table, read_table
+from pack_planner.algorithms.tuned_weights import unlike
 from pack_planner.parameters import PlannerParameters
 
 
@@ -55,6 +58,17 @@ def check_cell(options: RunOptions) -> None:
     if options.tuned is not None:
         algorithm = find_algorithm(options.algorithm)
         check_table(read_table(str(options.tuned)), algorithm.name, algorithm.weights)
+
+
+def tuned_note(options: RunOptions) -> str:
+    """What the tuned weights were made for, where that is not this run; else empty."""
+    if options.tuned is None:
+        return ''
+    profile = adapted(find_profile(options.profile), orientations=GRASP_FACES[options.grasp_faces])
+    name = find_algorithm(options.algorithm).name
+    entry = read_table(str(options.tuned)).nearest(name, options.bin_spec, profile)
+    told = '' if entry is None else unlike(entry, options.bin_spec, profile)
+    return f'{options.tuned} was {told}' if told else ''
 
 
 def node_parameters(folder: Path, options: RunOptions) -> dict[str, dict[str, Any]]:

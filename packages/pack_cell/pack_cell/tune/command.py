@@ -106,15 +106,14 @@ def _run(arguments: argparse.Namespace, command: str) -> int:
     note = _nobody if arguments.quiet else _to_stderr
     out.parent.mkdir(parents=True, exist_ok=True)
     workers = Workers(arguments.jobs, arguments.cluster, note=_to_stderr)
-    book = TrialBook(settings, workers, out.with_name(out.name + TRIALS))
-    if book.kept:
-        note(f'{book.kept} trials of earlier runs are known')
+
+    def progress(generation: Generation) -> None:
+        note(report.generation_line(generation, time.monotonic() - began))
+
     with interrupts_kept() as look:
-
-        def progress(generation: Generation) -> None:
-            look()
-            note(report.generation_line(generation, time.monotonic() - began))
-
+        book = TrialBook(settings, workers, out.with_name(out.name + TRIALS), look)
+        if book.kept:
+            note(f'{book.kept} trials of earlier runs are known')
         try:
             found = search(settings, space, book, _limits(arguments), progress)
             note(f'checking on {settings.check_streams} other streams')

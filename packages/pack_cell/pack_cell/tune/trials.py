@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TextIO
 
+from pack_cell.bench.options import MAX_BUDGET_S
 from pack_cell.bench.results import claim
 from pack_cell.bench.runner import Workers, spread
 from pack_cell.tune.streams import stream_boxes
@@ -59,6 +60,8 @@ def closed_fill(task: _Task) -> float:
         settings.look_ahead,
         settings.open_bins,
         settings.profile,
+        # a search that time cuts short would not be the same again
+        budget_s=MAX_BUDGET_S,
         tuned=TunedTable((tuned_entry(settings, trial.weights),)),
     )
     fill = packing.finish().fill_closed
@@ -82,9 +85,15 @@ class TrialBook:
         The file exists and is of a tuning with other settings, or another run writes it.
     """
 
-    def __init__(self, settings: TuneSettings, workers: Workers, path: Path | None) -> None:
-        """``path`` is where trials are kept; ``None`` for nowhere."""
-        self._settings, self._workers = settings, workers
+    def __init__(
+        self,
+        settings: TuneSettings,
+        workers: Workers,
+        path: Path | None,
+        look: Callable[[], None] = lambda: None,
+    ) -> None:
+        """``path`` is where trials are kept, or ``None``; ``look`` is called after each of them."""
+        self._settings, self._workers, self._look = settings, workers, look
         self._known: dict[Trial, float] = {}
         self._lock = None if path is None else claim(path)
         self._file: TextIO | None = None
@@ -114,6 +123,7 @@ class TrialBook:
                 if trial not in self._known:
                     self._known[trial] = next(made)
                     self._keep(trial)
+                    self._look()
                 yield self._known[trial]
 
     def _keep(self, trial: Trial) -> None:
