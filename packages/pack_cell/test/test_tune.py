@@ -272,12 +272,13 @@ def test_a_file_that_was_made_for_something_else_is_said_to_be(folder, capsys):
     write_table(TunedTable((entry,)), folder / 'cage.json')
     given = ['--algorithm', 'foresight', '--tuned', 'cage.json', '--profile', 'dense']
     options = parse_run_options([*given, '--bin', 'LDC'])
-    told = 'tuned for RC, dense, any; used for LDC, dense, upright'
+    told = 'tuned for RC, dense, any; used for LDC, dense, upright_or_tipped'
     assert tuned_note(options) == f'{folder / "cage.json"} was {told}'
     assert tuned_note(parse_run_options(['--bin', 'LDC'])) == ''
     few = ['--algorithms', 'foresight', '--bins', '60x40x40', '--boxes', 'boxes.csv']
     assert main(['bench', *few, '--profile', 'dense', '--tuned', 'cage.json']) == 0
-    expected = 'note: cage.json was tuned for RC, dense, any; used for 60x40x40, dense, upright'
+    told = 'tuned for RC, dense, any; used for 60x40x40, dense, upright_or_tipped'
+    expected = f'note: cage.json was {told}'
     assert expected in capsys.readouterr().err
 
 
