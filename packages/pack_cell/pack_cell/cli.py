@@ -30,8 +30,8 @@ def build_parser() -> argparse.ArgumentParser:
     demo = verbs.add_parser(
         'demo',
         help='pack 40 real carton sizes into LDC bins with the arm, and report',
-        description='Forty real carton sizes ride the belt; our own algorithm (rollout) with a '
-        'look-ahead of five decides, the arm packs them into LDC bins (120x80x80 cm). Prints a '
+        description='Forty real carton sizes ride the belt; our own algorithm with a look-ahead '
+        'of five decides, the arm packs them into LDC bins (120x80x80 cm). Prints a '
         'line per box and a summary; writes runs/<time>/.',
     )
     add_options(demo, RunOptions, only=('algorithm', 'profile', 'speed', 'out'))

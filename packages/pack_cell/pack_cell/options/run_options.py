@@ -54,6 +54,8 @@ SCAN_SIGMA_MM = {'cell': 2.0, 'dense': 2.0, 'paper': 0.0}
 GRASP_FACES = {'top': 'upright', 'any': 'upright_or_front_up', 'tray': UPRIGHT_OR_TIPPED}
 #: By which faces boxes are taken, by profile.
 USUAL_FACES = {'cell': 'top', 'dense': 'tray', 'paper': 'top'}
+#: Which algorithm packs, by profile: what fills most under it (docs/benchmarks/execution.md).
+USUAL_ALGORITHM = {'cell': 'rollout', 'dense': 'foresight', 'paper': 'rollout'}
 #: What else is off when the sizes are, in kilograms and degrees.
 SCAN_SIGMA_KG, SCAN_SIGMA_DEG = 0.02, 0.3
 
@@ -179,13 +181,14 @@ class RunOptions:
         in_summary=True,
     )
     algorithm: str = option(
-        'rollout',
+        '',
         'packing algorithm',
         _DECIDE,
         read=algorithm_name,
         metavar='NAME',
         values=f'{", ".join(f"`{name}`" for name in BUILT_IN)}, or one of your own as '
         '`FILE.py:FUNCTION`',
+        by_profile=USUAL_ALGORITHM,
         see='algorithms.md',
         parameters=('planner.algorithm',),
         in_summary=True,
