@@ -90,6 +90,12 @@ def test_what_only_the_talk_made_late_is_sent_though_it_was_only_predicted(rig):
     assert rig.situations[1].forbidden.by_bin == {}
 
 
+def test_what_the_arm_had_no_time_to_look_at_is_not_sent_unasked(rig):
+    rig.planned('a', LEFT, RIGHT)
+    rig.answer(NO_PATH, ErrorCode.BUSY)
+    assert rig.take()[-1] == ('plan', 2)
+
+
 def test_the_arm_is_asked_about_no_more_than_it_may_be():
     rig = CoordinatorRig(candidates=2)
     rig.bins()

@@ -19,6 +19,7 @@ from pack_planner.coordination.bin_answers import BinAnswers
 from pack_planner.coordination.inputs import Heartbeat, Inputs, same_content
 from pack_planner.coordination.negotiation import (
     HIDDEN_TIMEOUT_S,
+    LEAST_S,
     TRANSIENT,
     Asking,
     CheckAnswer,
@@ -188,7 +189,7 @@ class Coordinator:
         limit_s = plan.talk.limit_s(self.asking.deadline_s, hidden=hidden)
         self._plan = plan
         self._asked = CheckRequest(plan, planned, limit_s, self._clock())
-        self._out.check(plan.number, planned.candidates(), limit_s)
+        self._out.check(plan.number, planned.candidates(), max(LEAST_S, limit_s))
 
     def on_checked(self, number: int, answers: Sequence[CheckAnswer] | None) -> None:
         """What the arm says of each candidate; ``None`` when it cannot be asked."""

@@ -13,6 +13,8 @@ from pack_planner.decision.refusals import Refusals
 
 #: Left of the deadline for sending the goal, and for what the arm plans anew.
 MARGIN_S = 0.1
+#: When no time is left the arm is asked what it can do in this.
+LEAST_S = 0.01
 #: An arm that is moving may take this long to answer; nobody waits for it meanwhile.
 HIDDEN_TIMEOUT_S = 5.0
 
@@ -145,10 +147,10 @@ def choose(
     limit_s: float,
     deadline_s: float,
 ) -> Decision | None:
-    """The first candidate that the arm can do in time; ``None`` when it refuses all of them.
+    """The first candidate that the arm can do in time; ``None`` when it refuses what it looked at.
 
-    Of those that would do but for the time that the talk itself took, the quickest; of those about
-    which the arm says nothing, the first: the goal will show.
+    Of those that would do but for the time that the talk itself took, the quickest; when the arm
+    says nothing about any, the first: the goal will show.
     """
     pairs = list(zip(candidates, answers, strict=True))
     able = [(candidate, answer) for candidate, answer in pairs if answer.possible]
@@ -158,7 +160,8 @@ def choose(
     known = [(answer.motion_s, i) for i, (_, answer) in enumerate(able)]
     if known and min(known)[0] <= deadline_s - MARGIN_S:
         return able[min(known)[1]][0]
-    return next((candidate for candidate, answer in pairs if answer.code in TRANSIENT), None)
+    silent = all(answer.code in TRANSIENT for answer in answers)
+    return candidates[0] if silent else None
 
 
 def learn(
