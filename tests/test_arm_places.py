@@ -45,7 +45,7 @@ def test_thirty_boxes_are_placed_in_time_and_stay_where_they_were_put(
 ) -> None:
     options = argparse.Namespace(
         layout=None, algorithm='mpack_lite', deadline=DEADLINE_S, physics=True, verbose=False,
-        count=30, seed=7, boxes='', grasp_faces='top', picture=None,
+        count=30, seed=7, boxes='', grasp_faces='top', picture=None, profile='cell',
     )  # fmt: skip
     tally = benchmark.Rig(kind, options).run(benchmark.boxes_from(options))
     assert tally.faults == []

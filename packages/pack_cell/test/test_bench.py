@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import random
+import re
 from dataclasses import replace
 
 import pytest
@@ -367,7 +368,8 @@ def test_the_page_needs_nothing_from_elsewhere(records):
     text = page(records, "./cell bench --boxes '<script>.csv'")
     assert '<svg' in text and 'MPackLite' in text and 'O-FF' in text
     assert '&lt;script&gt;' in text and '<script' not in text
-    assert 'src=' not in text and '<link' not in text
+    assert 'src=' not in text
+    assert re.findall('<link[^>]*>', text) == ['<link rel="icon" href="data:,">']
     unplaced = [{'collection': 0, 'id': 'b<1>', 'reason': 'too long'}]
     assert 'b&lt;1&gt;: too long' in page([{**records[0], 'unplaced': unplaced}], 'x')
 

@@ -15,6 +15,7 @@ from pack_planner.algorithms import BUILT_IN, Problem, find_algorithm
 from pack_planner.decision.options import DecisionOptions
 from pack_planner.decision.policy import DecisionState, PolicySettings, next_step
 from pack_planner.engine import Zone
+from pack_planner.engine.engine import REFUSED_RADIUS_MM
 
 ENGINES = Engines(PROFILES)
 TINY = BinSpec('40x30x30', (400, 300, 300))
@@ -196,4 +197,4 @@ def test_a_refused_corner_of_an_empty_bin_does_not_stop_the_cell(name):
     )
     choice = find_algorithm(name)(problem)
     assert choice is not None
-    assert max(choice.candidate.placed.corner_mm[:2]) >= 100
+    assert max(choice.candidate.placed.corner_mm[:2]) >= REFUSED_RADIUS_MM

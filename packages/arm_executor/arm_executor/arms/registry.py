@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from arm_executor.arms.kind import ArmKind
 from arm_executor.arms.physics.kind import PHYSICS
-from arm_executor.arms.timed import TIMED
+from arm_executor.arms.timed_kind import TIMED
 from pack_msgs_py.plug_ins import load_plug_in, plug_ins_by_name
 
 #: Entry points of this group name the arms of installed distributions.

@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from arm_executor.arms.kind import ArmKind
 from arm_executor.arms.prediction import BinContent, PredictedCell
 from arm_executor.arms.true_boxes import Truth, mismatch, missed_by_pad, true_rest
 from arm_executor.model.arm_interface import (
@@ -26,7 +25,7 @@ from arm_executor.model.arm_interface import (
     MotionUnderWay,
     PlaceRequest,
 )
-from arm_executor.model.layout import Layout, lifting_limit
+from arm_executor.model.layout import Layout
 from arm_executor.motion.planned import PlannedMotion
 from arm_executor.motion.stances import GRIP_S, RELEASE_S
 from pack_msgs_py.codes import ErrorCode, Phase
@@ -298,11 +297,3 @@ def _ended(code: ErrorCode, message: str, spent: Mapping[Phase, float]) -> Motio
 def _shifted(pose: Pose) -> Pose:
     x, y, z = pose.position
     return replace(pose, position=(x + FAULT_SHIFT_M, y, z))
-
-
-TIMED = ArmKind(
-    name='timed',
-    summary='only spends the time',
-    make=lambda setup: TimedArm(setup.layout, speed=setup.speed, truth=setup.truth),
-    lifting_limit=lifting_limit,
-)

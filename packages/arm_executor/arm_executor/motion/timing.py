@@ -120,7 +120,9 @@ class Timing:
         steps = np.abs(np.diff(q, axis=0)).max(axis=1)
         q = q[np.r_[True, steps > 1e-9]]
         if len(q) < 2:
-            return None
+            # It is there already, as after a stop right above the box that comes next.
+            here, still = np.vstack([q, q]), np.zeros((2, q.shape[1]))
+            return Trajectory(np.array([0.0, period]), here, still, still)
         # Samples are evenly spaced along a smooth curve: their index is a smooth parameter.
         path = toppra.SplineInterpolator(np.linspace(0.0, 1.0, len(q)), q)
         count = int(np.clip(len(q) * _GRID_SHARE, _GRID_MIN, _GRID_MAX))
