@@ -144,6 +144,17 @@ def test_a_paused_tray_stands_where_it_is():
     assert find(belt, 'b0', 50.01 + TILT_S / 2).held
 
 
+@pytest.mark.parametrize('speed', [0.0, 1.0])
+def test_a_box_that_is_taken_away_before_it_has_come_is_not_waited_for(speed):
+    belt = tray_belt(speed=speed)
+    belt.set_motion(0.0, paused=True)
+    slot = find(belt, 'b1', 0.0).slot
+    belt.bring(slot, 0.0, 'y')
+    belt.take(slot, 0.0, picked=True)
+    belt.set_motion(0.0, paused=False)
+    assert not belt.moves(NEXT_S + 0.1)
+
+
 def test_a_belt_without_a_tray_keeps_every_box_upright():
     belt = IndexingBelt(9.0, 5)
     box = Box('b0', SIZE)

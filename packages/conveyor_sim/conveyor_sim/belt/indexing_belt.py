@@ -160,8 +160,9 @@ class IndexingBelt(Drive):
                     other.laps += 1
         if on_tray:
             self._tray = replace(self._tray, loaded=False)
-            if not self._state.travel_um:
-                self._state = replace(self._state, up='z')
+        if self._is_brought(slot):
+            # There is nothing to tip any more, also when the belt is still under way.
+            self._state = replace(self._state, up='z')
         return 0 if rider is None else rider.laps
 
     def bring(self, slot: int, now_s: float, up: str = 'z') -> None:
