@@ -23,7 +23,14 @@ from dataclasses import replace
 from collapse import LOOK_AHEAD, Case, drawn, engine_of, plan
 
 from pack_msgs_py.geometry.footprint import true_size
-from pack_msgs_py.geometry.polygon import Polygon, area, clipped, convex_hull, distance_inside
+from pack_msgs_py.geometry.polygon import (
+    Polygon,
+    area,
+    beyond,
+    clipped,
+    convex_hull,
+    distance_inside,
+)
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.rules import centre_of_mass
 from pack_msgs_py.statics import DECIMALS, LEAST_AREA_MM2, supporters, sure_footprint
@@ -39,16 +46,7 @@ def inset(polygon: Polygon, distance: float) -> Polygon:
     for (x0, y0), (x1, y1) in zip(polygon, polygon[1:] + polygon[:1], strict=True):
         length = math.dist((x0, y0), (x1, y1))
         nx, ny = (y0 - y1) / length, (x1 - x0) / length
-        limit = nx * x0 + ny * y0 + distance
-        inside: Polygon = []
-        for a, b in zip(kept, kept[1:] + kept[:1], strict=True):
-            da, db = nx * a[0] + ny * a[1] - limit, nx * b[0] + ny * b[1] - limit
-            if da >= 0:
-                inside.append(a)
-            if da * db < 0:
-                share = da / (da - db)
-                inside.append((a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])))
-        kept = inside
+        kept = beyond(kept, (nx, ny), nx * x0 + ny * y0 + distance)
     return kept
 
 

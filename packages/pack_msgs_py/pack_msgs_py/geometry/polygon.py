@@ -65,23 +65,36 @@ def area(polygon: Sequence[Point]) -> float:
 def clipped(polygon: Sequence[Point], rect: Rect) -> Polygon:
     """Corners of the part of a convex ``polygon`` that lies in ``rect`` (x0, y0, x1, y1).
 
-    By Sutherland and Hodgman (1974), one side of the rectangle after the other.
+    One side of the rectangle after the other.
 
     >>> clipped([(0, 0), (4, 0), (0, 4)], (1, 1, 9, 9))
     [(3.0, 1.0), (1.0, 3.0), (1.0, 1.0)]
     """
+    x0, y0, x1, y1 = rect
     corners = list(polygon)
-    for axis, limit, sign in ((0, rect[0], 1), (0, rect[2], -1), (1, rect[1], 1), (1, rect[3], -1)):
-        kept: list[Point] = []
-        for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
-            inside_a, inside_b = sign * (a[axis] - limit), sign * (b[axis] - limit)
-            if inside_a >= 0:
-                kept.append(a)
-            if inside_a * inside_b < 0:
-                share = inside_a / (inside_a - inside_b)
-                kept.append((a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])))
-        corners = kept
+    for normal, limit in (((1, 0), x0), ((-1, 0), -x1), ((0, 1), y0), ((0, -1), -y1)):
+        corners = beyond(corners, normal, limit)
     return corners
+
+
+def beyond(polygon: Sequence[Point], normal: Point, limit: float) -> Polygon:
+    """Corners of the part of a convex ``polygon`` whose points times ``normal`` reach ``limit``.
+
+    One step of Sutherland and Hodgman (1974).
+
+    >>> beyond([(0, 0), (4, 0), (0, 4)], (1, 0), 2)
+    [(2.0, 0.0), (4, 0), (2.0, 2.0)]
+    """
+    nx, ny = normal
+    kept: Polygon = []
+    for a, b in zip(polygon, [*polygon[1:], *polygon[:1]], strict=True):
+        inside_a, inside_b = nx * a[0] + ny * a[1] - limit, nx * b[0] + ny * b[1] - limit
+        if inside_a >= 0:
+            kept.append(a)
+        if inside_a * inside_b < 0:
+            share = inside_a / (inside_a - inside_b)
+            kept.append((a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])))
+    return kept
 
 
 def hull_distance(rects: Iterable[Rect], point: Point) -> float:
