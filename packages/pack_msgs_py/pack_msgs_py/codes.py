@@ -109,6 +109,8 @@ class Mode(IntEnum):
     EXECUTING = 2
     PROTECTIVE_STOP = 3
     FAULT = 4
+    PAUSED = 5
+    ALARM = 6
 
 
 class BinStatus(IntEnum):
@@ -118,3 +120,53 @@ class BinStatus(IntEnum):
     OPEN = 1
     CLOSED = 2
     BLOCKED = 3
+    HELD = 4
+
+
+class Command(IntEnum):
+    """Operate.command: what an operator wants of a node."""
+
+    PAUSE = 1
+    RESUME = 2
+    STOP = 3
+    RESET = 4
+    ACKNOWLEDGE = 5
+    SWAP_BIN = 6
+    CLOSE_BIN = 7
+    HOLD_BIN = 8
+    RELEASE_BIN = 9
+    CLOSE_ALL = 10
+    DRAIN = 11
+    FEED = 12
+    EMPTY = 13
+
+
+class Severity(IntEnum):
+    """Alarm.severity."""
+
+    WARNING = 1
+    ALARM = 2
+
+
+class Condition(IntEnum):
+    """CellState.state."""
+
+    UNKNOWN = 0
+    STARTING = 1
+    RUNNING = 2
+    WAITING = 3
+    DRAINING = 4
+    ENDED = 5
+    PAUSED = 6
+    STOPPED = 7
+    ALARM = 8
+    FAULT = 9
+
+
+class Level(IntEnum):
+    """NodeState.level."""
+
+    OK = 0
+    WARN = 1
+    ERROR = 2
+    STALE = 3

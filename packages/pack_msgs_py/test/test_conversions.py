@@ -10,14 +10,20 @@ pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
 from pack_msgs.action import PlaceBox
+from pack_msgs.msg import Alarm as AlarmMsg
 from pack_msgs.msg import (
     BinState,
     BoxScan,
     ExecutorState,
 )
 from pack_msgs.msg import BoxEvent as BoxEventMsg
+from pack_msgs.msg import CellState as CellStateMsg
+from pack_msgs.msg import NodeState as NodeStateMsg
 from pack_msgs.msg import Placement as PlacementMsg
+from pack_msgs.srv import Operate
 from pack_msgs_py import codes
+from pack_msgs_py.alarms import MOST_WARNINGS, Alarm, raised, with_new
+from pack_msgs_py.cell_state import CellState, NodeState
 from pack_msgs_py.cell_values import (
     BinSnapshot,
     BoxEvent,
@@ -219,6 +225,38 @@ def test_times_survive_within_a_microsecond(seconds):
     )
 
 
+def test_the_state_of_the_cell_and_its_alarms_survive():
+    alarm = Alarm('BOX_LOST', 'box 7 fell', codes.Severity.ALARM, 'look', '7', 'LDC-1', 12.5)
+    nodes = (NodeState('/planner', codes.Level.OK, 'waiting', 'the arm'), NodeState('/conveyor'))
+    state = CellState(codes.Condition.ALARM, 'an alarm', 'cell ack', nodes, (alarm,), 13.25)
+    assert conv.cell_state_from_ros(conv.cell_state_to_ros(state)) == state
+    sent = conv.alarms_to_ros('/arm_executor', (alarm,), 13.25)
+    assert conv.alarms_from_ros(sent) == ('/arm_executor', (alarm,))
+
+
+def test_an_alarm_without_a_code_is_refused_with_its_message():
+    with pytest.raises(InvalidValue, match='without a code'):
+        conv.alarm_from_ros(AlarmMsg(severity=2, message='what?'))
+
+
+def test_alarms_stand_however_many_warnings_come():
+    standing = with_new((), raised('COLLISION', 'at the rim', 1.0))
+    for number in range(3 * MOST_WARNINGS):
+        standing = with_new(standing, raised('GRASP_FAILED', '', 2.0, box_id=str(number)))
+    assert [alarm.code for alarm in standing if alarm.blocks] == ['COLLISION']
+    assert len(standing) == 1 + MOST_WARNINGS and standing[-1].box_id == str(3 * MOST_WARNINGS - 1)
+
+
+def test_the_same_trouble_with_the_same_box_stands_once_with_its_latest_words():
+    first = raised('GRASP_FAILED', 'at 4 mm', 1.0, box_id='7')
+    second = raised('GRASP_FAILED', 'at 6 mm', 2.0, box_id='7')
+    assert with_new(with_new((), first), second) == (second,)
+
+
+def test_a_refusal_before_motion_is_no_alarm():
+    assert raised('BUSY', 'box 7 is being handled', 1.0) is None
+
+
 @pytest.mark.parametrize(
     ('enum', 'message', 'prefix'),
     [
@@ -229,6 +267,10 @@ def test_times_survive_within_a_microsecond(seconds):
         (codes.PlacementStatus, PlacementMsg, 'STATUS_'),
         (codes.Mode, ExecutorState, 'MODE_'),
         (codes.BinStatus, BinState, 'STATUS_'),
+        (codes.Command, Operate.Request, ''),
+        (codes.Severity, AlarmMsg, 'SEVERITY_'),
+        (codes.Condition, CellStateMsg, 'STATE_'),
+        (codes.Level, NodeStateMsg, 'LEVEL_'),
     ],
 )
 def test_codes_equal_the_constants_of_the_messages(enum, message, prefix):

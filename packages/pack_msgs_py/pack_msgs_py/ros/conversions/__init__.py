@@ -26,6 +26,14 @@ from pack_msgs_py.ros.conversions.content import (
     placed_box_from_ros,
     placed_box_to_ros,
 )
+from pack_msgs_py.ros.conversions.operating import (
+    alarm_from_ros,
+    alarm_to_ros,
+    alarms_from_ros,
+    alarms_to_ros,
+    cell_state_from_ros,
+    cell_state_to_ros,
+)
 from pack_msgs_py.ros.conversions.traffic import (
     decision_from_ros,
     decision_to_ros,
@@ -40,12 +48,18 @@ from pack_msgs_py.ros.conversions.traffic import (
 )
 
 __all__ = [
+    'alarm_from_ros',
+    'alarm_to_ros',
+    'alarms_from_ros',
+    'alarms_to_ros',
     'bin_from_ros',
     'bin_to_ros',
     'bins_from_ros',
     'bins_to_ros',
     'box_from_ros',
     'box_to_ros',
+    'cell_state_from_ros',
+    'cell_state_to_ros',
     'closing_from_ros',
     'closing_to_ros',
     'decision_from_ros',
