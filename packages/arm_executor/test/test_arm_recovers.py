@@ -14,12 +14,14 @@ from physics_cases import (
     assert_arm_stays_still,
     box,
     empty,
+    metres,
     request_for,
     run,
 )
 
 from arm_executor.arms.physics.arm import PhysicsArm
 from arm_executor.arms.true_boxes import TrueBox, Truth
+from arm_executor.model.arm_interface import MotionError
 from arm_executor.model.layout import pick_pose
 from arm_executor.motion.timing import MotionLimits
 from pack_msgs_py.codes import ErrorCode
@@ -218,6 +220,40 @@ def test_stop_leaves_the_arm_still_and_the_box_accounted_for(arm, phase):
     again = run(arm, request)
     assert again.code is ErrorCode.NONE, again.message
     assert corner_distance(again.measured, request.target, (0.3, 0.2, 0.2)) < 0.002
+
+
+@pytest.mark.parametrize('looks', [1, 2, 5, 8, 11, 14])
+def test_a_heavy_carton_comes_back_whenever_it_is_cancelled(arm, looks):
+    carton = box('carton', (595.0, 395.0, 300.0), 14.5)
+    request = request_for(arm, carton, 'A', (0.3, 0.2, 0.15))
+    stop, count = threading.Event(), []
+
+    def cancel():
+        count.append(None)
+        if len(count) >= looks:
+            stop.set()
+
+    result = run(arm, request, Told(TRANSFERRING=cancel, LOWERING=cancel), stop)
+    assert (result.code, arm.holds()) == (ErrorCode.CANCELED, 'carton')
+    assert arm.return_to_belt()
+    assert corner_distance(arm.world.pose('carton'), request.pick, metres(carton)) < 0.005
+    assert arm.withdraw()
+
+
+def test_a_box_that_comes_off_on_the_way_back_is_lost_and_the_text_says_why(arm):
+    stop = threading.Event()
+    request = request_for(arm, box(), 'A', (0.5, 0.4, 0.1))
+    run(arm, request, Told(LOWERING=stop.set), stop)
+
+    def let_go():
+        arm.gripper.lost_because = 'a hose burst'
+        arm.gripper._part()
+
+    arm.world.after_step = let_go
+    with pytest.raises(MotionError, match=r'on the way back: .*a hose burst') as error:
+        arm.return_to_belt()
+    assert error.value.code is ErrorCode.BOX_LOST
+    assert arm.holds() is None
 
 
 def test_box_goes_back_exactly_to_the_pick_point(arm):

@@ -10,6 +10,7 @@ from executor_cases import make_box, make_decision, make_goal, make_scan
 
 from arm_executor.arms.timed import TimedArm
 from arm_executor.goals.outputs import Finished, Progress, Replied
+from arm_executor.model.arm_interface import MotionError
 from pack_msgs_py.codes import ErrorCode, Mode, Phase
 
 BOX = make_box()
@@ -95,6 +96,39 @@ def test_pause_finishes_what_runs_and_refuses_what_comes(make_core_bench):
     assert bench.place(make_box(2), (300, 0, 0), revision=2).code is ErrorCode.NOT_ACTIVE
     bench.core.pause(False)
     assert bench.place(make_box(2), (300, 0, 0), revision=2).code is ErrorCode.NONE
+
+
+class Clumsy(TimedArm):
+    """Cannot bring a box back: it drops it, or keeps it in the gripper."""
+
+    def __init__(self, *, drops):
+        super().__init__(speed=1.0)
+        self._drops = drops
+
+    def return_to_belt(self):
+        if self._drops:
+            self._held = None
+        raise MotionError(ErrorCode.BOX_LOST, 'on the way back: a hose burst')
+
+
+@pytest.mark.parametrize(
+    ('drops', 'code', 'events'),
+    [
+        (True, ErrorCode.BOX_LOST, ['PICKED', 'LOST']),
+        (False, ErrorCode.PROTECTIVE_STOP, ['PICKED']),
+    ],
+)
+def test_the_report_of_a_cancelled_goal_says_why_the_box_did_not_come_back(
+    make_core_bench, drops, code, events
+):
+    bench = make_core_bench(arm=Clumsy(drops=drops))
+    begin(bench)
+    wait_phase(bench, Phase.TRANSFERRING)
+    bench.core.cancel(bench.of(Progress)[0].goal_id)
+    report = ended(bench)
+    assert report.code is code
+    assert 'stopped while transferring; on the way back: a hose burst' in report.message
+    assert bench.events(BOX) == events
 
 
 class Stuck(TimedArm):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from arm_executor.goals.outputs import Happened
 from arm_executor.goals.placing import Tools
+from arm_executor.model.arm_interface import MotionError
 from pack_msgs_py.codes import Reason
 
 
@@ -19,14 +20,19 @@ def clear_gripper(tools: Tools) -> tuple[bool, str]:
     attempt, text = tools.book.attempt, 'the gripper was empty'
     if attempt is not None:
         box_id = attempt.placed.box.id
-        if tools.arm.return_to_belt():
+        back, why = False, ''
+        try:
+            back = tools.arm.return_to_belt()
+        except MotionError as error:
+            why = f': {error}'
+        if back:
             text = f'box {box_id!r} is back on the belt'
             event = tools.book.returned(Reason.OPERATOR, 'reset by the operator')
         elif tools.arm.holds() is None:
-            text = f'box {box_id!r} is no longer in the gripper'
+            text = f'box {box_id!r} is no longer in the gripper{why}'
             event = tools.book.lost(text)
         else:
-            return False, f'box {box_id!r} cannot be brought back to the belt; try again'
+            return False, f'box {box_id!r} cannot be brought back to the belt{why}; try again'
         tools.emit(Happened(event))
     if not tools.arm.withdraw():
         text += '; the arm cannot go back to where it waits, and stays where it is'

@@ -245,12 +245,17 @@ class Placing:
         if self.needs_reset:
             return self._report(result.code, result.message, result)
         text = result.message or f'the motion ended with {result.code.name}'
-        if self._arm.return_to_belt():
-            return self._returned(result, text)
+        why = 'the box could not be brought back to the belt'
+        try:
+            if self._arm.return_to_belt():
+                return self._returned(result, text)
+        except MotionError as error:
+            why = str(error)
+        text = f'{text}; {why}'
         if self._arm.holds() is None:
-            return self._lost(result)
+            return self._lost(replace(result, message=text))
         self.needs_reset = True
-        text = f'{text}; the box could not be brought back to the belt and is in the gripper'
+        text = f'{text}; the box is in the gripper'
         return self._report(ErrorCode.PROTECTIVE_STOP, text, result)
 
     def _returned(self, result: MotionResult, text: str) -> Report:

@@ -176,7 +176,13 @@ class Arm(Protocol):
         """
 
     def return_to_belt(self) -> bool:
-        """Put a held box back at the pick point; ``True`` when there was one and it is there."""
+        """Put a held box back at the pick point; ``True`` when there was one and it is there.
+
+        Raises
+        ------
+        MotionError
+            It is not there, and why; :meth:`holds` says whether it is still in the gripper.
+        """
 
     def withdraw(self) -> bool:
         """After a motion that ended early, with an empty gripper: back to where the arm waits.

@@ -24,7 +24,9 @@ _APART = 4
 class QuickTiming(Timing):
     """A :class:`Timing` whose trajectories have the points of their path, and no speeds."""
 
-    def trajectory(self, q: Array, load: Load | None, period: float) -> Trajectory | None:
+    def trajectory(
+        self, q: Array, load: Load | None, period: float, *, pace: float = 1.0
+    ) -> Trajectory | None:
         """As :meth:`Timing.trajectory`, with a sample for each point of ``q``."""
         steps = np.abs(np.diff(q, axis=0)).max(axis=1)
         q = q[np.r_[True, steps > 1e-9]]
@@ -42,7 +44,7 @@ class QuickTiming(Timing):
         if not len(times):
             return None
         still = np.zeros_like(q)
-        return Trajectory(times * _SLOWER, q, still, still)
+        return Trajectory(times * _SLOWER / pace, q, still, still)
 
     def _torques(
         self, q: Array, slope: Array, bend: Array, load: Load | None

@@ -112,10 +112,13 @@ class Timing:
         self.max_acceleration: Array = np.r_[rail.acceleration, acceleration]
         self.max_torque: Array = np.r_[rail.force, robot.max_torque] * limits.torque_share
 
-    def trajectory(self, q: Array, load: Load | None, period: float) -> Trajectory | None:
+    def trajectory(
+        self, q: Array, load: Load | None, period: float, *, pace: float = 1.0
+    ) -> Trajectory | None:
         """Fastest trajectory through ``q`` (n, 7), sampled every ``period`` s; ``None`` if none.
 
-        The last sample is the end of the path, at rest.
+        The last sample is the end of the path, at rest. A ``pace`` below 1 is that share of the
+        fastest.
         """
         steps = np.abs(np.diff(q, axis=0)).max(axis=1)
         q = q[np.r_[True, steps > 1e-9]]
@@ -141,6 +144,7 @@ class Timing:
         slower = self._stretch(profile, path, self._loaded_with(load).model)
         if slower > _MAX_STRETCH:
             return None
+        slower /= pace
         duration = profile.duration * slower
         samples = max(2, math.ceil(duration / period) + 1)
         times = np.minimum(np.arange(samples) * period, duration)
@@ -202,6 +206,10 @@ class Timing:
                 self._loaded.popitem(last=False)
         self._loaded.move_to_end(load)
         return self._loaded[load]
+
+    def dynamics(self, load: Load | None) -> pinocchio.Model:
+        """The arm's rigid body dynamics, empty or with ``load`` on the pad."""
+        return self._loaded_with(load).model
 
     def tool_limits(self, load: Load | None) -> tuple[Array, Array]:
         """What the pad may do, empty or with ``load`` on it: directions (n, 3), and limits (n,).

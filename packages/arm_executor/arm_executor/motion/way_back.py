@@ -16,6 +16,11 @@ from arm_executor.motion.planned import PlannedMotion
 
 Array = NDArray[np.float64]
 
+#: A held box goes back at this share of the pace that it could: nobody waits for it, and it meets
+#: the belt from above, which turns a box that comes too hard off its pad.
+WITH_CARE = 0.5
+#: A held box is let go this far above what it stood on, metres.
+_ABOVE = 0.001
 #: Spacing of the samples of a leg that is travelled again, radians and metres of the joints.
 _SPACING = 0.03
 
@@ -29,8 +34,15 @@ class Leg(Enum):
 
 
 def reversed_path(path: JointPath, q: Array) -> Array:
-    """The part of ``path`` travelled so far at ``q`` (7,), from there back to its start (n, 7)."""
-    return _from(q, path.q[::-1])
+    """The part of ``path`` travelled so far at ``q`` (7,), from there back to its start (n, 7).
+
+    It ends a little before, above what the box stood on, unless it is there already.
+    """
+    back = _from(q, path.q[::-1])
+    risen = float(path.tcp[1, 2] - path.tcp[0, 2])
+    if len(back) > 1 and risen > _ABOVE:
+        back[-1] += (path.q[1] - path.q[0]) * (_ABOVE / risen)
+    return back
 
 
 def ways_out(motion: PlannedMotion, leg: Leg, q: Array) -> list[list[Array]]:

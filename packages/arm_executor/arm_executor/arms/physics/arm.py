@@ -89,7 +89,7 @@ class PhysicsArm:
         motions = MotionPlanner(robot, self.layout, limits, self.obstacles, STEP_S)
         predictor = MotionPredictor(robot, self.layout, limits, sketched)
         self.bins = StandingBins(self.layout, self.world, self.obstacles, sketched)
-        self.driver = ArmDriver(self.world, self.gripper, motions.home())
+        self.driver = ArmDriver(self.world, self.gripper, motions.timing, motions.home())
         self.planning = PhysicsPlanning(
             motions, predictor, self.bins, self.driver, self.gripper, self.layout.tool
         )

@@ -5,7 +5,6 @@ Radians, metres, seconds of robot time.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -16,7 +15,8 @@ from arm_executor.arms.physics.gripper import SLIP_DISTANCE, SuctionGripper
 from arm_executor.arms.physics.motion_run import Interrupted, MotionRun
 from arm_executor.arms.physics.world import STEP_S, PhysicsWorld
 from arm_executor.model.tree import CELL_JOINT_NAMES
-from arm_executor.motion.timing import Trajectory
+from arm_executor.motion.stopping import stopped
+from arm_executor.motion.timing import Load, Timing, Trajectory
 from pack_msgs_py.codes import ErrorCode, Phase
 from pack_msgs_py.values import Box
 
@@ -28,8 +28,6 @@ Array = NDArray[np.float64]
 _TRACKING = np.array([0.03, 0.05, 0.05, 0.05, 0.08, 0.08, 0.08])
 #: Slower joints are at rest, m/s and rad/s.
 _AT_REST = 0.05
-#: A stop brings the arm to rest along its path within this time.
-_STOP_S = 0.30
 #: The arm gets this long to come to rest at the end of a trajectory, and after a stop.
 _REST_S, _REST_AFTER_STOP_S = 0.02, 0.15
 #: Steps of physics between two looks at joints and grasp, and at what is touched.
@@ -42,13 +40,17 @@ _LANDING_S = 0.06
 class ArmDriver:
     """Position control of the joints in one :class:`PhysicsWorld`.
 
-    ``commanded`` (7,) is where the joints are meant to be; ``positions`` is where they were
-    measured last, safe to read from any thread.
+    ``timing`` says how fast the arm may stop with what it holds. ``commanded`` (7,) is where the
+    joints are meant to be; ``positions`` is where they were measured last, safe to read from any
+    thread.
     """
 
-    def __init__(self, world: PhysicsWorld, gripper: SuctionGripper, start: Array) -> None:
+    def __init__(
+        self, world: PhysicsWorld, gripper: SuctionGripper, timing: Timing, start: Array
+    ) -> None:
         self._world = world
         self._gripper = gripper
+        self._timing = timing
         self.commanded = start
         self.positions: tuple[float, ...] = tuple(start.tolist())
         self.tracking_error = 0.0
@@ -82,8 +84,9 @@ class ArmDriver:
         timed: Trajectory,
         run: MotionRun | None = None,
         phases: Sequence[tuple[float, Phase]] = (),
+        load: Load | None = None,
     ) -> None:
-        """Run a trajectory; each of ``phases`` begins at its time.
+        """Run a trajectory with ``load`` on the pad; each of ``phases`` begins at its time.
 
         Raises
         ------
@@ -97,7 +100,8 @@ class ArmDriver:
                 while upcoming and time_s >= upcoming[0][0] - 1e-9:
                     run.enter(upcoming.pop(0)[1])
                 if run.stop.is_set():
-                    self._slow_down(timed, index)
+                    self._slow_down(timed, index, load)
+                    self._check_grasp('while it was stopped on request')
                     raise Interrupted(ErrorCode.CANCELED, 'the motion was stopped on request')
             self.commanded = timed.q[index]
             self._world.drive(timed.q[index], timed.qd[index])
@@ -105,7 +109,7 @@ class ArmDriver:
             if run is not None:
                 run.tick()
             if index % _LOOK_EVERY == 0:
-                self._look(timed, index)
+                self._look(timed, index, load)
             if run is not None and index % _FEEL_EVERY == 0:
                 landing = timed.duration - time_s < _LANDING_S
                 self._feel(run.plan.request.box, landing=landing)
@@ -132,7 +136,7 @@ class ArmDriver:
         self._world.step(max(1, round(seconds / STEP_S)))
         self.positions = tuple(self._world.joint_state()[0].tolist())
 
-    def _look(self, timed: Trajectory, index: int) -> None:
+    def _look(self, timed: Trajectory, index: int, load: Load | None) -> None:
         position, _ = self._world.joint_state()
         self.positions = tuple(position.tolist())
         error = np.abs(position - timed.q[index])
@@ -148,7 +152,7 @@ class ArmDriver:
             )
             raise Interrupted(ErrorCode.PATH_TOLERANCE_VIOLATED, msg)
         if self._lost():
-            self._slow_down(timed, index)
+            self._slow_down(timed, index, load)
             self._check_grasp()
 
     def _lost(self) -> bool:
@@ -166,30 +170,26 @@ class ArmDriver:
             self._check_grasp()
             raise Interrupted(ErrorCode.COLLISION, f'{hit}; look what is in the way')
 
-    def _check_grasp(self) -> None:
-        """:class:`Interrupted` with ``BOX_LOST`` when the box came off the pad."""
+    def _check_grasp(self, when: str = '') -> None:
+        """:class:`Interrupted` with ``BOX_LOST`` when the box came off the pad, and ``when``."""
         if self._lost():
             slipped = self._gripper.slipped()
             why = self._gripper.lost_because or 'no force on the pad was too much'
             box_id = self._gripper.box_id or ''
             where = touched_by(self._world, box_id)
+            when = f' {when}' if when else ''
             msg = (
-                f'box {box_id} came off the pad, {1000 * slipped:.0f} mm: {why}; '
+                f'box {box_id} came off the pad{when}, {1000 * slipped:.0f} mm: {why}; '
                 f'it now touches {where}'
             )
             raise Interrupted(ErrorCode.BOX_LOST, msg)
 
-    def _slow_down(self, timed: Trajectory, index: int) -> None:
-        """Come to rest along the path: the time along it runs slower and slower."""
-        at = float(timed.times[index])
-        steps = math.ceil(_STOP_S / STEP_S)
-        for step in range(1, steps + 1):
-            rate = 1.0 - step / steps
-            at = min(at + rate * STEP_S, timed.duration)
-            q = np.array([np.interp(at, timed.times, column) for column in timed.q.T])
-            qd = np.array([np.interp(at, timed.times, column) for column in timed.qd.T])
+    def _slow_down(self, timed: Trajectory, index: int, load: Load | None) -> None:
+        """Come to rest along the path, as fast as the load bears."""
+        stop = stopped(self._timing, timed, float(timed.times[index]), load)
+        for q, qd in zip(stop.q, stop.qd, strict=True):
             self.commanded = q
-            self._world.drive(q, qd * rate)
+            self._world.drive(q, qd)
             self._world.step()
         self.hold(_REST_AFTER_STOP_S)
 

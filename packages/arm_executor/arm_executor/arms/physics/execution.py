@@ -20,7 +20,12 @@ from arm_executor.arms.physics.planning import PhysicsPlanning
 from arm_executor.arms.physics.standing_bins import SETTLE_TIMEOUT_S, StandingBin, StandingBins
 from arm_executor.arms.physics.world import STEP_S, PhysicsWorld
 from arm_executor.arms.true_boxes import Truth, mismatch
-from arm_executor.model.arm_interface import MotionHooks, MotionPlan, MotionResult
+from arm_executor.model.arm_interface import (
+    MotionError,
+    MotionHooks,
+    MotionPlan,
+    MotionResult,
+)
 from arm_executor.motion.grasp import as_taken, by_front
 from arm_executor.motion.path import JointPath
 from arm_executor.motion.planned import PlannedMotion
@@ -114,7 +119,7 @@ class PhysicsExecution:
         lowering = (motion.lowering_s, Phase.LOWERING)
         self._under_way = motion, Leg.CARRY
         try:
-            driver.follow(motion.carry, run, [(0.0, Phase.TRANSFERRING), lowering])
+            driver.follow(motion.carry, run, [(0.0, Phase.TRANSFERRING), lowering], self._load())
         except Interrupted as end:
             if not self._has_landed(run, target, end):
                 raise
@@ -143,13 +148,18 @@ class PhysicsExecution:
             msg = f'box {box.id}: no vacuum builds up, the pad is {gap:.1f} mm from its {face}'
             raise Interrupted(ErrorCode.GRASP_FAILED, msg)
         self._presented = None
-        load = Load(box.weight_kg, size, metres(taken.box.com_offset_mm), tilts)
+        # As the gripper's scale has it: one heavier than scanned must come back, too.
+        weight_kg = max(box.weight_kg, self._truth.box(box).weight_kg)
+        load = Load(weight_kg, size, metres(taken.box.com_offset_mm), tilts)
         self._held = HeldBox(self._world.pose(box.id), motion.carry_path, load)
         self._truth.picked(box.id)
         run.hooks.picked()
         wrong = mismatch(box, self._truth.box(box))
         if wrong:
             raise Interrupted(ErrorCode.BOX_MISMATCH, wrong)
+
+    def _load(self) -> Load | None:
+        return None if self._held is None else self._held.load
 
     def _has_landed(self, run: MotionRun, target: StandingBin, end: Interrupted) -> bool:
         """Whether a box that came off the pad did so on what is under its place."""
@@ -275,20 +285,30 @@ class PhysicsExecution:
             return False
         back = reversed_path(held.path, self._driver.commanded)
         timed = self._planning.timed(back, held.load)
-        if timed is not None:
-            try:
-                self._driver.follow(timed)
-            except Interrupted as end:
-                if end.code is ErrorCode.BOX_LOST:
-                    self.take_away(box_id)
-                return False
-        self._driver.hold(RELEASE_S)
+        if timed is None:
+            msg = f'no way back is within the limits of the arm with box {box_id} in the gripper'
+            raise MotionError(ErrorCode.LIMITS_EXCEEDED, msg)
+        lost = ''
+        try:
+            self._driver.follow(timed, load=held.load)
+            self._driver.hold(RELEASE_S)
+        except Interrupted as end:
+            if end.code is not ErrorCode.BOX_LOST:
+                raise MotionError(end.code, f'on the way back: {end}') from end
+            lost = str(end)
         self._gripper.release()
-        self._presented, self._held = box_id, None
+        self._held = None
         self._world.settle([box_id], SETTLE_TIMEOUT_S)
-        if self._under_way is not None:
+        if self._under_way is not None and not lost:
             self._under_way = self._under_way[0], Leg.APPROACH
-        return self._is_back(box_id, held.taken_at)
+        if self._is_back(box_id, held.taken_at):
+            self._presented = box_id
+            return True
+        where = self._world.pose(box_id).position
+        self.take_away(box_id)
+        x, y, z = where
+        lost = lost or f'it came to rest at ({x:.2f}, {y:.2f}, {z:.2f}) m, not where it was'
+        raise MotionError(ErrorCode.BOX_LOST, f'on the way back: {lost}')
 
     def _is_back(self, box_id: str, taken_at: Pose) -> bool:
         size = self._world.boxes[box_id].size

@@ -23,6 +23,7 @@ from arm_executor.motion.planned import PlannedMotion
 from arm_executor.motion.planner import MotionPlanner
 from arm_executor.motion.predictor import MotionPredictor
 from arm_executor.motion.timing import Load, Trajectory
+from arm_executor.motion.way_back import WITH_CARE
 from pack_msgs_py.codes import ErrorCode
 
 Array = NDArray[np.float64]
@@ -105,9 +106,13 @@ class PhysicsPlanning:
         return target
 
     def timed(self, path: Array, load: Load | None) -> Trajectory | None:
-        """The fastest trajectory along ``path`` (n, 7), if there is one; it is not checked."""
+        """A trajectory back along ``path`` (n, 7), if there is one; it is not checked.
+
+        The fastest one with an empty gripper; a box that is brought back is set down gently.
+        """
+        pace = 1.0 if load is None else WITH_CARE
         with self._bins.lock:
-            return self.motions.timing.trajectory(path, load, STEP_S)
+            return self.motions.timing.trajectory(path, load, STEP_S, pace=pace)
 
 
 def _plan(request: PlaceRequest, motion: PlannedMotion, begun_s: float) -> MotionPlan:
