@@ -134,7 +134,7 @@ class ExecutorBench:
         self.wait(lambda: self._scan.get_subscription_count() > 0, 'subscriber of box_scan')
 
     def goal_msg(self, decision, *, deadline_in_s=60.0, frame_id='bin_a'):
-        goal = PlaceBox.Goal(placement=conversions.decision_to_ros(decision, frame_id))
+        goal = PlaceBox.Goal(placement=conversions.placement_to_ros(decision, frame_id))
         goal.pick_pose.header.frame_id = 'cell'
         goal.pick_pose.pose = conversions.pose_to_ros(pick_of(decision.box))
         goal.placement.scan_sequence = self.sequence

@@ -14,7 +14,7 @@ from arm_executor.bins.book import BookState
 from arm_executor.bins.records import placed_of
 from arm_executor.goals.admission import AdmissionState, admit
 from arm_executor.goals.placement_errors import orientation_error
-from pack_msgs_py.codes import ErrorCode, Mode, PlacementStatus
+from pack_msgs_py.codes import ErrorCode, Mode
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.orientation import ORIENTATIONS, QUATERNIONS
 from pack_msgs_py.profiles import PROFILES
@@ -70,7 +70,6 @@ INVALID = {
     'outside': (at(0.05, 0.1, 0.075), 'x -98.0 to 198.0 mm, outside'),
     'size': (with_decision(size_mm=(200, 200, 150)), 'planned_size.x is 200 mm'),
     'orientation': (with_decision(orientation='zzz'), "'zzz' must be one of"),
-    'reject': (with_decision(status=PlacementStatus.REJECT), 'status REJECT'),
 }
 
 

@@ -73,7 +73,7 @@ def test_an_arm_of_somebody_else_places_a_box(start, installed_toy, name):
     bench.show(box, presented=box.id)
     _, result = bench.place(make_decision(box))
     assert (result.error_code, result.error_msg) == (ErrorCode.NONE, '')
-    assert result.report.motion_time == 1.0
+    assert result.report.motion_time.sec == 1
     assert [placed.box.id for placed in bench.bins().bins[0].boxes] == [box.id]
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from dataclasses import replace
 from types import SimpleNamespace
@@ -171,8 +170,9 @@ def test_what_is_predicted_to_be_impossible_or_slow_is_not_planned(make_core_ben
     slow, quick = (beside(box, revision=1) for box in (SECOND, THIRD))
     bench.arm.slow = SECOND.id
     nowhere, late, answer = check(bench, make_decision(FIRST), slow, quick, enough_s=10.0)
-    assert (nowhere.code, nowhere.motion_s) == (ErrorCode.NO_IK_SOLUTION, math.inf)
+    assert (nowhere.code, nowhere.motion_s) == (ErrorCode.NO_IK_SOLUTION, 0.0)
     assert (late.code, late.motion_s) == (ErrorCode.DEADLINE_UNREACHABLE, 99.0)
+    assert nowhere.predicted and late.predicted and not answer.predicted
     assert answer.code is ErrorCode.NONE and 2.0 < answer.motion_s < 10.0
     assert [box_id for box_id, _ in bench.arm.asked] == [THIRD.id]
 

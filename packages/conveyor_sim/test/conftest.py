@@ -7,7 +7,7 @@ import threading
 import pytest
 import rclpy
 
-from pack_msgs.msg import BinState, BinStateArray, BoxEvent, BoxScan, Placement
+from pack_msgs.msg import BinState, BinStateArray, BoxEvent, BoxScan, PlacementDecision
 from pack_msgs_py.ros.conversions import scan_from_ros
 from pack_msgs_py.ros.qos import TOPICS
 from pack_msgs_py.ros.testing import Spinner
@@ -33,7 +33,7 @@ class Observer:
         self.node.create_subscription(BoxScan, 'box_scan', self._on_scan, TOPICS['box_scan'])
         self.node.create_subscription(BoxEvent, 'box_event', self._on_event, TOPICS['box_event'])
         kinds = {
-            'placements': Placement,
+            'placements': PlacementDecision,
             'box_event': BoxEvent,
             'bin_state': BinStateArray,
             'bin_closed': BinState,

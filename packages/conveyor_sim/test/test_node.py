@@ -16,7 +16,7 @@ from std_srvs.srv import SetBool
 from conveyor_sim.ledger.ledger import LedgerError
 from conveyor_sim.ros import node as conveyor_node
 from conveyor_sim.ros.node import ConveyorNode
-from pack_msgs.msg import BinState, BinStateArray, BoxEvent, PlacedBox, Placement
+from pack_msgs.msg import BinState, BinStateArray, BoxEvent, PlacedBox, PlacementDecision
 from pack_msgs.srv import InsertBox, RemoveBox
 from pack_msgs_py.cell_values import BoxEvent as Event
 from pack_msgs_py.cell_values import Decision
@@ -160,8 +160,8 @@ def test_a_box_that_a_bin_shows_is_not_on_the_belt(start, observer):
 def test_malformed_messages_are_ignored_and_the_next_good_one_counts(start, observer):
     start()
     observer.wait_for(lambda scan: True)
-    bad = Placement()
-    bad.box.id, bad.box.size.x, bad.status = 'b1', math.nan, 99
+    bad = PlacementDecision(status=99)
+    bad.placement.box.id, bad.placement.box.size.x = 'b1', math.nan
     observer.send('placements', bad)
     observer.send('box_event', BoxEvent(box_id='', event=1))
     observer.send('box_event', BoxEvent(box_id='b1', event=77))

@@ -56,7 +56,7 @@ class BinSnapshot:
 
 @dataclass(frozen=True)
 class Decision:
-    """One decision of the planner; see pack_msgs/Placement.
+    """One decision of the planner; see pack_msgs/PlacementDecision.
 
     ``bin_id`` is empty when ``status`` is ``REJECT``. ``target`` is where the box's centre is to
     come to rest, in the bin frame. The last four fields say what the arm answered before: how many
@@ -108,7 +108,10 @@ class BoxEvent:
 
 @dataclass(frozen=True)
 class Report:
-    """Outcome of one placement goal; see pack_msgs/PlacementReport. Seconds and metres."""
+    """Outcome of one placement goal; see pack_msgs/PlacementReport. Seconds and metres.
+
+    ``attributes`` are the ``extra`` of its box.
+    """
 
     box_id: str
     bin_id: str = ''
@@ -128,3 +131,4 @@ class Report:
     slack_s: float = 0.0
     goal_id: bytes = bytes(16)
     stamp_s: float = 0.0
+    attributes: tuple[tuple[str, str], ...] = ()

@@ -93,7 +93,7 @@ class Reason(IntEnum):
 
 
 class PlacementStatus(IntEnum):
-    """Placement.status."""
+    """PlacementDecision.status."""
 
     OPTIMAL = 0
     BUDGET = 1

@@ -39,7 +39,8 @@ class Box:
     max_top_load_n : load the top may carry, newtons; 0 none, ``None`` not known.
     destination : where it is bound for, empty when the cell does not sort.
     size_stddev_mm : one standard deviation of the measured edges; 0 when not estimated.
-    extra : further columns of a box file, kept as they came.
+    extra : what others know of it, such as `barcode`, `sku`, `order_id`, and further columns of a
+        box file: kept as it came; no decision rests on it.
     """
 
     id: str

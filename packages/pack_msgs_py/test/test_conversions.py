@@ -15,11 +15,11 @@ from pack_msgs.msg import (
     BinState,
     BoxScan,
     ExecutorState,
+    PlacementDecision,
 )
 from pack_msgs.msg import BoxEvent as BoxEventMsg
 from pack_msgs.msg import CellState as CellStateMsg
 from pack_msgs.msg import NodeState as NodeStateMsg
-from pack_msgs.msg import Placement as PlacementMsg
 from pack_msgs.srv import Operate
 from pack_msgs_py import codes
 from pack_msgs_py.alarms import MOST_WARNINGS, Alarm, raised, with_new
@@ -59,11 +59,40 @@ def test_a_scan_survives():
     assert conv.scan_from_ros(conv.scan_to_ros(scan)) == (scan, [])
 
 
-def test_a_scanner_may_say_its_deviation_beside_the_box_alone():
-    msg = conv.scan_to_ros(Scan(7, 100.25, (ScannedBox(BOX, POSE),)))
-    msg.boxes[0].size_stddev.y = 0.002
-    scan, _ = conv.scan_from_ros(msg)
-    assert scan.boxes[0].box.size_stddev_mm == (0.0, 2.0, 0.0)
+def test_what_others_know_of_a_box_goes_with_it():
+    known = (('barcode', '4006381333931'), ('scan_confidence', '0.97'), ('gift', 'ja'))
+    box = replace(BOX, extra=known)
+    scan, _ = conv.scan_from_ros(conv.scan_to_ros(Scan(7, 100.25, (ScannedBox(box, POSE),))))
+    decision = conv.decision_from_ros(conv.decision_to_ros(Decision(scan.boxes[0].box)))
+    order = conv.placement_from_ros(conv.placement_to_ros(decision))
+    placed = PlacedBox(order.box, (0, 0, 0), (600, 400, 271), measured_mm=(300.0, 200.0, 100.0))
+    bin_ = conv.bin_from_ros(
+        conv.bin_to_ros(
+            Bin('LDC-1', 1, parse_bin('LDC'), (placed,)), {box.id: POSE}, conv.time_to_ros(1.0),
+            codes.BinStatus.OPEN,
+        )
+    )  # fmt: skip
+    report = Report(box.id, attributes=bin_.boxes[0].box.extra)
+    assert conv.report_from_ros(conv.report_to_ros(report)).attributes == known
+
+
+@pytest.mark.parametrize(
+    ('attributes', 'text'),
+    [
+        ((('', 'x'),), 'must not be empty'),
+        ((('a', 'x'), ('a', 'y')), 'each be there once'),
+        (tuple((f'key {n}', 'x') for n in range(65)), 'there are 65 of them'),
+    ],
+)
+def test_attributes_that_cannot_be_told_apart_are_refused(attributes, text):
+    msg = conv.box_to_ros(replace(BOX, extra=attributes))
+    with pytest.raises(InvalidValue, match=text):
+        conv.box_from_ros(msg)
+
+
+def test_a_duration_is_kept_within_what_its_message_holds():
+    assert conv.duration_from_ros(conv.duration_to_ros(-1.25)) == -1.25
+    assert conv.duration_from_ros(conv.duration_to_ros(math.inf)) == 2.0**31 - 1
 
 
 def test_bins_survive_with_measured_poses():
@@ -192,7 +221,7 @@ def test_a_quaternion_must_have_length_one():
 
 def test_planned_geometry_must_be_whole_millimetres():
     msg = conv.decision_to_ros(Decision(BOX, size_mm=(600, 400, 271)))
-    msg.planned_corner.x = 0.0105
+    msg.placement.planned_corner.x = 0.0105
     with pytest.raises(ValueError, match=r'10\.500 mm'):
         conv.decision_from_ros(msg)
 
@@ -264,7 +293,7 @@ def test_a_refusal_before_motion_is_no_alarm():
         (codes.Phase, PlaceBox.Feedback, 'PHASE_'),
         (codes.BoxEventKind, BoxEventMsg, ''),
         (codes.Reason, BoxEventMsg, 'REASON_'),
-        (codes.PlacementStatus, PlacementMsg, 'STATUS_'),
+        (codes.PlacementStatus, PlacementDecision, 'STATUS_'),
         (codes.Mode, ExecutorState, 'MODE_'),
         (codes.BinStatus, BinState, 'STATUS_'),
         (codes.Command, Operate.Request, ''),

@@ -15,8 +15,8 @@ from pack_msgs.msg import (
     BoxEvent,
     BoxScan,
     ExecutorState,
-    Placement,
     PlacementCheck,
+    PlacementDecision,
     PlacementReport,
 )
 from pack_msgs.srv import CheckPlacements, SwapBin
@@ -27,8 +27,9 @@ from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.ros import qos
 from pack_msgs_py.ros.conversions import (
     bins_to_ros,
-    decision_from_ros,
+    duration_to_ros,
     event_to_ros,
+    placement_from_ros,
     report_to_ros,
     scan_to_ros,
 )
@@ -95,7 +96,7 @@ class Peers(Node):
         self._reports = publisher(PlacementReport, 'placement_report')
         self._beat = publisher(ExecutorState, 'executor_state')
         self.create_subscription(
-            Placement,
+            PlacementDecision,
             'placements',
             lambda msg: self.announced.put((msg, self.now_s())),
             qos.TOPICS['placements'],
@@ -160,8 +161,8 @@ class Peers(Node):
         self.asked.put(request)
         for _ in request.candidates:
             code = self.answers.pop(0) if self.answers else ErrorCode.NONE
-            time_s = 0.0 if code else 3.0
-            response.checks.append(PlacementCheck(error_code=int(code), motion_time=time_s))
+            motion_time = duration_to_ros(0.0 if code else 3.0)
+            response.checks.append(PlacementCheck(error_code=int(code), motion_time=motion_time))
         return response
 
     def _report(self, decision, code, goal_id=bytes(16)):
@@ -172,7 +173,7 @@ class Peers(Node):
         return report_to_ros(report)
 
     def _admit(self, goal):
-        decision = decision_from_ros(goal.placement)
+        decision = placement_from_ros(goal.placement)
         code = self.script[0] if self.script else ErrorCode.NONE
         if code is not None and 0 < code < ErrorCode.GRASP_FAILED:
             self.script.pop(0)
@@ -182,7 +183,7 @@ class Peers(Node):
         return GoalResponse.ACCEPT
 
     def _accepted(self, handle):
-        decision = decision_from_ros(handle.request.placement)
+        decision = placement_from_ros(handle.request.placement)
         self.mode, self.active = Mode.EXECUTING, decision.box.id
         code = self.script.pop(0) if self.script else ErrorCode.NONE
         self.goals.put((handle.request, decision))
@@ -207,7 +208,7 @@ class Peers(Node):
         self._events.publish(event_to_ros(Event(decision.box.id, kind, stamp_s=self.now_s())))
 
     def _carry_out(self, handle):
-        decision, code = decision_from_ros(handle.request.placement), handle.code
+        decision, code = placement_from_ros(handle.request.placement), handle.code
         if code.box_is_in_bin:
             self._event(decision, BoxEventKind.PLACED)
             self.bins = expected_bins(self.bins, replace(decision))

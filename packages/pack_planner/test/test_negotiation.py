@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import pytest
@@ -62,8 +61,8 @@ def test_candidates_that_are_refused_are_never_asked_about_again(rig):
     assert [zone.corner_mm for zone in refused] == [LEFT, RIGHT, BACK]
 
 
-NOWHERE = CheckAnswer(NO_REACH, math.inf)
-SLOW = CheckAnswer(ErrorCode.DEADLINE_UNREACHABLE, 6.5)
+NOWHERE = CheckAnswer(NO_REACH, predicted=True)
+SLOW = CheckAnswer(ErrorCode.DEADLINE_UNREACHABLE, 6.5, predicted=True)
 
 
 def test_the_first_choice_is_the_best_that_a_prediction_lets_through(rig):
@@ -85,7 +84,7 @@ def test_a_first_choice_that_planning_refuses_is_counted_in_whatever_round(rig):
 def test_what_only_the_talk_made_late_is_sent_though_it_was_only_predicted(rig):
     rig.planned('a')
     rig.now += 0.3
-    rig.answer(CheckAnswer(ErrorCode.DEADLINE_UNREACHABLE, 5.2))
+    rig.answer(CheckAnswer(ErrorCode.DEADLINE_UNREACHABLE, 5.2, predicted=True))
     assert rig.sent.corner_mm == LEFT
     assert rig.situations[1].forbidden.by_bin == {}
 

@@ -18,10 +18,10 @@ from planner_cases import SMALL, random_bin
 from planner_peers import TIMEOUT_S, Mailbox, Peers, spinning
 from rclpy.parameter import Parameter
 
-from pack_msgs.msg import Placement
+from pack_msgs.msg import PlacementDecision
 from pack_msgs_py.codes import ErrorCode, Mode, Reason
 from pack_msgs_py.profiles import PROFILES
-from pack_msgs_py.ros.conversions import decision_from_ros
+from pack_msgs_py.ros.conversions import decision_from_ros, duration_from_ros, placement_from_ros
 from pack_msgs_py.ros.testing import private_context
 from pack_msgs_py.validator import validate_bins
 from pack_msgs_py.values import Bin, Box
@@ -142,11 +142,13 @@ def test_what_the_arm_says_it_cannot_do_never_becomes_a_goal(domain):
         peers.send_all()
         _, sent = peers.goals.wait(1)
         first, others = peers.asked.wait(1), peers.asked.wait(2)
-    assert len(first.candidates) == 1 and 5.0 < first.enough < 5.4
+    assert len(first.candidates) == 1 and 5.0 < duration_from_ros(first.enough) < 5.4
     assert 2 <= len(others.candidates) <= 12
-    corners = [decision_from_ros(candidate).corner_mm for candidate in others.candidates]
+    corners = [placement_from_ros(candidate).corner_mm for candidate in others.candidates]
     assert sent.corner_mm == corners[1]
-    assert (sent.candidates_checked, sent.first_refusal) == (
+    told = decision(peers.announced.items[-1])
+    assert (told.sequence, told.corner_mm) == (sent.sequence, sent.corner_mm)
+    assert (told.candidates_checked, told.first_refusal) == (
         1 + len(others.candidates), ErrorCode.NO_IK_SOLUTION
     )  # fmt: skip
     assert len(peers.goals.items) == 1
@@ -201,7 +203,7 @@ def test_a_box_that_can_go_nowhere_is_rejected_and_the_others_are_placed(domain,
         peers.send_all()
         peers.goals.wait(2)
         rejected = decision(peers.announced.items[0])
-    assert peers.announced.items[0][0].status == Placement.STATUS_REJECT
+    assert peers.announced.items[0][0].status == PlacementDecision.STATUS_REJECT
     assert (rejected.box.id, rejected.reject_reason, rejected.bin_id) == ('bad', reason, '')
 
 
@@ -257,7 +259,7 @@ def test_profile_and_algorithm_change_between_two_boxes(domain):
             assert node.set_parameters([Parameter('profile', value='paper')])[0].successful
             with spinning(node, context):
                 peers.send_all()
-                assert peers.goals.wait(1)[1].profile == 'paper'
+                assert decision(peers.announced.wait(1)).profile == 'paper'
                 node.stop()
 
 

@@ -137,8 +137,8 @@ def test_an_algorithm_of_ones_own_decides(domain, own_algorithm):
         (answer,) = node.set_parameters([Parameter('algorithm', value=own_algorithm)])
         assert answer.successful, answer.reason
         peers.send_all()
-        decisions = [peers.goals.wait(number + 1) for number in range(3)]
-        assert {decision.algorithm for _, decision in decisions} == {'mine.py:my_rule'}
+        told = [decision_from_ros(peers.announced.wait(number + 1)[0]) for number in range(3)]
+        assert {decision.algorithm for decision in told} == {'mine.py:my_rule'}
 
 
 def test_every_option_may_change_between_two_boxes(domain):

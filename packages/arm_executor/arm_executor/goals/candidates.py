@@ -7,7 +7,6 @@ motions start where the running one ends.
 
 from __future__ import annotations
 
-import math
 import queue
 import threading
 import traceback
@@ -178,8 +177,8 @@ def _unlikely(
     try:
         seconds = arm.predict(request, after) + tray_s
     except MotionError as error:
-        return Checked(error.code, str(error), math.inf)
+        return Checked(error.code, str(error), predicted=True)
     if enough_s <= 0 or seconds <= enough_s:
         return None
     text = f'the motion takes about {seconds:.2f} s, {enough_s:.2f} s will do'
-    return Checked(ErrorCode.DEADLINE_UNREACHABLE, text, seconds)
+    return Checked(ErrorCode.DEADLINE_UNREACHABLE, text, seconds, predicted=True)

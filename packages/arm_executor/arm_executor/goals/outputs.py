@@ -57,11 +57,15 @@ class Finished:
 
 @dataclass(frozen=True)
 class Checked:
-    """Answer for one candidate placement."""
+    """Answer for one candidate placement; ``motion_s`` is 0 when there is no motion.
+
+    ``predicted`` : refused by a prediction alone.
+    """
 
     code: ErrorCode
     message: str = ''
     motion_s: float = 0.0
+    predicted: bool = False
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from arm_executor.bins.book import BookState
 from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.checks import InvalidValue, check_finite, check_frame, check_pose
-from pack_msgs_py.codes import PlacementStatus
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.orientation import ORIENTATIONS, oriented_size
 from pack_msgs_py.values import Bin, check_box, frame_name
@@ -51,9 +50,6 @@ def target_of(goal: PlaceGoal, bins: BookState) -> Bin:
     """
     decision = goal.decision
     box = check_box(decision.box)
-    if decision.status is PlacementStatus.REJECT:
-        msg = f'placement of box {box.id!r} has status REJECT; only the conveyor rejects boxes'
-        raise InvalidValue(msg)
     if decision.orientation not in ORIENTATIONS:
         msg = f'orientation {decision.orientation!r} must be one of {", ".join(ORIENTATIONS)}'
         raise InvalidValue(msg)

@@ -56,6 +56,7 @@ def placement_report(
         slack_s=times.budget_s - cycle_s,
         goal_id=goal.goal_id,
         stamp_s=now_s,
+        attributes=decision.box.extra,
     )
     if measured is None:
         return report
@@ -81,4 +82,5 @@ def refusal_report(goal: PlaceGoal, refusal: Refusal, now_s: float) -> Report:
         slack_s=goal.deadline_s - now_s if math.isfinite(goal.deadline_s) else 0.0,
         goal_id=goal.goal_id,
         stamp_s=now_s,
+        attributes=decision.box.extra,
     )

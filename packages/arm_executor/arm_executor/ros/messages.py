@@ -27,7 +27,7 @@ _LEVELS = {
 def goal_from_ros(msg: PlaceBox.Goal, goal_id: bytes) -> PlaceGoal:
     """A goal of place_box as a value; ``ValueError`` says which field cannot be used."""
     return PlaceGoal(
-        decision=conversions.decision_from_ros(msg.placement),
+        decision=conversions.placement_from_ros(msg.placement),
         frame_id=msg.placement.header.frame_id,
         pick=conversions.pose_from_ros('pick_pose', msg.pick_pose.pose),
         pick_frame=msg.pick_pose.header.frame_id,
@@ -70,7 +70,7 @@ def feedback_to_ros(progress: Progress) -> PlaceBox.Feedback:
     return PlaceBox.Feedback(
         phase=int(progress.phase),
         fraction_complete=float(progress.fraction),
-        time_to_deadline=float(progress.left_s),
+        time_to_deadline=conversions.duration_to_ros(progress.left_s),
     )
 
 

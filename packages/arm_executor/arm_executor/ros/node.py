@@ -8,7 +8,7 @@
 - services `~/pause` (SetBool), `~/stop` and `~/reset` (Trigger)
 - publishes `bin_state`, `bin_closed`, `box_event`, `placement_report`, `executor_state` (10 Hz),
   `/diagnostics` (1 Hz), and for viewers what :mod:`arm_executor.ros.views` lists
-- subscribes to `box_scan`, and for the simulated arms to `true_boxes` (BoxScan)
+- subscribes to `box_scan`, and for the simulated arms to `simulation/true_boxes` (BoxScan)
 """
 
 from __future__ import annotations
@@ -133,7 +133,9 @@ class ArmExecutor(Node):
 
     def _make_interfaces(self) -> None:
         self.create_subscription(BoxScan, 'box_scan', self._on_scan, qos.TOPICS['box_scan'])
-        self.create_subscription(BoxScan, 'true_boxes', self._on_truth, qos.TOPICS['true_boxes'])
+        self.create_subscription(
+            BoxScan, qos.TRUE_BOXES, self._on_truth, qos.TOPICS[qos.TRUE_BOXES]
+        )
         self._served = Services(
             self,
             self._core,
@@ -224,7 +226,9 @@ class ArmExecutor(Node):
         try:
             self._truth.update(true_boxes_from_ros(msg))
         except ValueError as error:
-            self.get_logger().warning(f'true_boxes ignored: {error}', throttle_duration_sec=5.0)
+            self.get_logger().warning(
+                f'{qos.TRUE_BOXES} ignored: {error}', throttle_duration_sec=5.0
+            )
 
     # -- what the core says ---------------------------------------------------------------------
 

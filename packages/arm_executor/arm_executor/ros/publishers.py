@@ -66,7 +66,7 @@ class Publishers:
         msg = ExecutorState(
             mode=int(status.mode),
             active_box_id=status.active_box,
-            seconds_remaining=float(status.remaining_s),
+            time_remaining=conversions.duration_to_ros(status.remaining_s),
             message=status.message,
         )
         msg.header.stamp = self._stamp()

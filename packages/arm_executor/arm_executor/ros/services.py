@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Any
 
@@ -14,6 +13,7 @@ from std_srvs.srv import SetBool, Trigger
 from arm_executor.bins.book import BinBook, BookError
 from arm_executor.bins.cut_off import CutOffs
 from arm_executor.goals.core import ExecutorCore
+from arm_executor.goals.outputs import Checked
 from arm_executor.goals.place_goal import PlaceGoal
 from arm_executor.model.layout import Layout, pick_pose
 from arm_executor.ros.messages import candidate
@@ -71,25 +71,29 @@ class Services:
     ) -> CheckPlacements.Response:
         candidates = [self._candidate(msg) for msg in request.candidates]
         future = Future()
-        enough_s = request.enough if math.isfinite(request.enough) else 0.0
+        enough_s = conversions.duration_from_ros(request.enough)
         goals = [goal for goal in candidates if isinstance(goal, PlaceGoal)]
         self._core.check(future, goals, enough_s)
         answers = iter(await future)
         for goal in candidates:
             if isinstance(goal, PlaceGoal):
                 answer = next(answers)
-                check = (int(answer.code), answer.message, answer.motion_s)
             else:
-                check = (int(ErrorCode.INVALID_GOAL), goal, 0.0)
+                answer = Checked(ErrorCode.INVALID_GOAL, goal)
             response.checks.append(
-                PlacementCheck(error_code=check[0], error_msg=check[1], motion_time=check[2])
+                PlacementCheck(
+                    error_code=int(answer.code),
+                    error_msg=answer.message,
+                    motion_time=conversions.duration_to_ros(answer.motion_s),
+                    predicted=answer.predicted,
+                )
             )
         return response
 
     def _candidate(self, msg: Any) -> PlaceGoal | str:  # noqa: ANN401 - pack_msgs/Placement
         """A candidate as goal at the pick point, or what is wrong with it."""
         try:
-            decision = conversions.decision_from_ros(msg)
+            decision = conversions.placement_from_ros(msg)
         except ValueError as error:
             return str(error)
         lies = at_pick(decision.orientation, self._orientations)

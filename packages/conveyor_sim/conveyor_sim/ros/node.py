@@ -4,14 +4,14 @@
   belt moves
 - publishes and subscribes `box_event` (pack_msgs/BoxEvent): says REJECTED; follows PICKED, PLACED,
   RETURNED, LOST
-- subscribes `placements` (pack_msgs/Placement): brings the box of the newest decision; diverts a
-  rejected one
+- subscribes `placements` (pack_msgs/PlacementDecision): brings the box of the newest decision;
+  diverts a rejected one
 - subscribes `bin_state` (pack_msgs/BinStateArray) and `bin_closed` (pack_msgs/BinState): a box in
   a bin is not on the belt
 - subscribes `executor_state` (pack_msgs/ExecutorState): brings the box that the arm waits for,
   should its decision not have arrived
-- publishes `true_boxes` (pack_msgs/BoxScan): the boxes as they really are, each where it is once
-  it stands at the pick point; for simulated worlds alone
+- publishes `simulation/true_boxes` (pack_msgs/BoxScan): the boxes as they really are, each where
+  it is once it stands at the pick point; for simulated worlds alone
 - subscribes `placement_report` (pack_msgs/PlacementReport): the robot time that the arm has spent,
   which is what arrivals wait for at speed 0; a box that it did not find is scanned again
 - publishes `/diagnostics` (diagnostic_msgs/DiagnosticArray), once a second
@@ -23,7 +23,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import replace
@@ -46,7 +45,7 @@ from pack_msgs.msg import (
     BoxEvent,
     BoxScan,
     ExecutorState,
-    Placement,
+    PlacementDecision,
     PlacementReport,
 )
 from pack_msgs.srv import InsertBox, RemoveBox
@@ -56,13 +55,14 @@ from pack_msgs_py.parameter_fields import check_value, parameter_fields
 from pack_msgs_py.ros.conversions import (
     box_from_ros,
     decision_from_ros,
+    duration_from_ros,
     event_from_ros,
     event_to_ros,
     scan_to_ros,
     time_from_ros,
 )
 from pack_msgs_py.ros.declare_parameters import declare_parameters
-from pack_msgs_py.ros.qos import TOPICS
+from pack_msgs_py.ros.qos import TOPICS, TRUE_BOXES
 from pack_msgs_py.ros.run_node import run_node
 
 IDLE_PERIOD_S = 1.0
@@ -107,7 +107,7 @@ class ConveyorNode(Node):
 
         self._scans = self.create_publisher(BoxScan, 'box_scan', TOPICS['box_scan'])
         self._true_boxes: tuple[ScannedBox, ...] | None = None
-        self._truth = self.create_publisher(BoxScan, 'true_boxes', TOPICS['true_boxes'])
+        self._truth = self.create_publisher(BoxScan, TRUE_BOXES, TOPICS[TRUE_BOXES])
         self._events = self.create_publisher(BoxEvent, 'box_event', TOPICS['box_event'])
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._timer = self.create_timer(IDLE_PERIOD_S, self._on_timer)
@@ -126,7 +126,7 @@ class ConveyorNode(Node):
             (BinStateArray, 'bin_state', self._on_bins),
             (BinState, 'bin_closed', self._on_bin_closed),
             (PlacementReport, 'placement_report', self._on_report),
-            (Placement, 'placements', self._on_placement),
+            (PlacementDecision, 'placements', self._on_placement),
         ):
             self.create_subscription(kind, topic, callback, TOPICS[topic])
         self.create_subscription(ExecutorState, 'executor_state', self._on_executor_state, 1)
@@ -179,7 +179,7 @@ class ConveyorNode(Node):
             self._true_boxes = boxes
             self._truth.publish(scan_to_ros(Scan(0, stamp_s, boxes)))
 
-    def _on_placement(self, msg: Placement) -> None:
+    def _on_placement(self, msg: PlacementDecision) -> None:
         try:
             decision = decision_from_ros(msg)
         except ValueError as error:
@@ -205,8 +205,8 @@ class ConveyorNode(Node):
             text = f'the arm found no box: {msg.error_msg}'
             ended_s = time_from_ros(msg.header.stamp)
             self._tell(self._conveyor.on_empty_grasp(msg.box_id, text, ended_s, *self._now()))
-        spent_s = msg.cycle_time + msg.wait_time
-        if math.isfinite(spent_s) and spent_s > 0.0:
+        spent_s = duration_from_ros(msg.cycle_time) + duration_from_ros(msg.wait_time)
+        if spent_s > 0.0:
             self._tell(self._conveyor.on_robot_time(spent_s, *self._now()))
 
     def _on_bins(self, msg: BinStateArray) -> None:

@@ -1,7 +1,7 @@
 """Node `recorder`: listens to every topic of the cell and feeds a :class:`RunRecord`.
 
 Subscribes
-    box_scan, true_boxes, placements, placement_report, box_event, bin_state, bin_closed,
+    box_scan, simulation/true_boxes, placements, placement_report, box_event, bin_state, bin_closed,
     bin_closing
 """
 
@@ -20,7 +20,14 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from pack_cell.report.record import RunRecord
-from pack_msgs.msg import BinState, BinStateArray, BoxEvent, BoxScan, Placement, PlacementReport
+from pack_msgs.msg import (
+    BinState,
+    BinStateArray,
+    BoxEvent,
+    BoxScan,
+    PlacementDecision,
+    PlacementReport,
+)
 from pack_msgs_py.ros import conversions, qos
 from pack_msgs_py.ros.run_node import run_node
 
@@ -46,8 +53,8 @@ class Recorder(Node):
         self._listener = listener or (lambda kind, value: None)
         topics: dict[str, tuple[type, Callable[[Any], None]]] = {
             'box_scan': (BoxScan, self._on_scan),
-            'true_boxes': (BoxScan, self._on_truth),
-            'placements': (Placement, self._on_decision),
+            qos.TRUE_BOXES: (BoxScan, self._on_truth),
+            'placements': (PlacementDecision, self._on_decision),
             'placement_report': (PlacementReport, self._on_report),
             'box_event': (BoxEvent, self._on_event),
             'bin_state': (BinStateArray, self._on_bins),
@@ -85,7 +92,7 @@ class Recorder(Node):
         scan, _ = conversions.scan_from_ros(msg)
         self.record.on_truth(scan)
 
-    def _on_decision(self, msg: Placement) -> None:
+    def _on_decision(self, msg: PlacementDecision) -> None:
         decision = conversions.decision_from_ros(msg)
         if self.record.on_decision(decision):
             self._listener('decision', decision)

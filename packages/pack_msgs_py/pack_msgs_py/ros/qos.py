@@ -44,9 +44,12 @@ HEARTBEAT = QoSProfile(
     liveliness_lease_duration=Duration(seconds=HEARTBEAT_LEASE_S),
 )
 
+#: What the boxes really are, which only a simulation knows.
+TRUE_BOXES = 'simulation/true_boxes'
+
 TOPICS: dict[str, QoSProfile] = {
     'box_scan': STATE,
-    'true_boxes': STATE,
+    TRUE_BOXES: STATE,
     'bin_state': STATE,
     'bin_closed': EVENTS,
     'bin_closing': EVENTS,

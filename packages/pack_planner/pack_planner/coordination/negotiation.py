@@ -50,19 +50,15 @@ class Asking:
 
 @dataclass(frozen=True)
 class CheckAnswer:
-    """What the arm says of one candidate; ``motion_s`` is the time that it would take.
+    """What the arm says of one candidate; see PlacementCheck.msg.
 
-    When it refuses without planning it says so by the time that it predicts, infinite for no motion
-    at all; see PlacementCheck.msg.
+    ``motion_s`` is the time that it would take, 0 when there is no motion; ``predicted`` says that
+    it was refused by a prediction alone, without planning.
     """
 
     code: ErrorCode
     motion_s: float = 0.0
-
-    @property
-    def predicted(self) -> bool:
-        """Whether it was refused by a prediction alone."""
-        return self.code is not ErrorCode.NONE and self.motion_s > 0
+    predicted: bool = False
 
     @property
     def possible(self) -> bool:

@@ -11,7 +11,7 @@ from rclpy.node import Node
 from pack_msgs.srv import CheckPlacements
 from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.codes import ErrorCode
-from pack_msgs_py.ros.conversions import decision_to_ros
+from pack_msgs_py.ros.conversions import duration_from_ros, duration_to_ros, placement_to_ros
 from pack_planner.coordination.negotiation import CheckAnswer
 
 #: Takes the number of a request and the answers, ``None`` when the arm cannot be asked.
@@ -43,10 +43,10 @@ class ArmAsker:
             return
         request = CheckPlacements.Request(
             candidates=[
-                decision_to_ros(candidate, frames.get(candidate.bin_id, ''))
+                placement_to_ros(candidate, frames.get(candidate.bin_id, ''))
                 for candidate in candidates
             ],
-            enough=enough_s,
+            enough=duration_to_ros(enough_s),
         )
         self._pending = self._client.call_async(request)
         self._pending.add_done_callback(partial(self._answered, number))
@@ -58,5 +58,12 @@ class ArmAsker:
         checks = future.result().checks
         self._heard(
             number,
-            [CheckAnswer(ErrorCode(check.error_code), check.motion_time) for check in checks],
+            [
+                CheckAnswer(
+                    ErrorCode(check.error_code),
+                    duration_from_ros(check.motion_time),
+                    predicted=check.predicted,
+                )
+                for check in checks
+            ],
         )

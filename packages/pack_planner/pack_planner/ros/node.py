@@ -45,7 +45,7 @@ from pack_msgs.msg import (
     BinStateArray,
     BoxScan,
     ExecutorState,
-    Placement,
+    PlacementDecision,
     PlacementReport,
 )
 from pack_msgs.msg import BoxEvent as BoxEventMsg
@@ -61,6 +61,7 @@ from pack_msgs_py.ros.conversions import (
     closing_to_ros,
     decision_to_ros,
     event_from_ros,
+    placement_to_ros,
     pose_to_ros,
     report_from_ros,
     scan_from_ros,
@@ -114,7 +115,9 @@ class PlannerNode(Node):
         patience = Patience(p.look_ahead, p.min_look_ahead, p.patience_s)
         self.coordinator = Coordinator(self, time.monotonic, p.look_ahead, asking, patience)
 
-        self._decisions = self.create_publisher(Placement, 'placements', qos.TOPICS['placements'])
+        self._decisions = self.create_publisher(
+            PlacementDecision, 'placements', qos.TOPICS['placements']
+        )
         self._closings = self.create_publisher(
             DiagnosticStatus, 'bin_closing', qos.TOPICS['bin_closing']
         )
@@ -289,7 +292,7 @@ class PlannerNode(Node):
     def send(self, decision: Decision, target: Bin, unhidden_s: float) -> bytes:
         """Send the goal of `place_box`; returns its id."""
         goal_id = uuid.uuid4().bytes
-        goal = PlaceBox.Goal(placement=decision_to_ros(decision, frame_name(target.station)))
+        goal = PlaceBox.Goal(placement=placement_to_ros(decision, frame_name(target.station)))
         goal.pick_pose.header.frame_id = 'cell'
         goal.pick_pose.header.stamp = self.get_clock().now().to_msg()
         rule = settings(self.parameters).profile.orientations

@@ -13,6 +13,9 @@ from pack_msgs_py.checks import check_pose, check_vec3
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Vec3
 
+#: Whole seconds of builtin_interfaces/Duration are an int32.
+_LONGEST_S = 2.0**31 - 1
+
 
 def time_to_ros(seconds: float) -> TimeMsg:
     """Seconds since the epoch as builtin_interfaces/Time."""
@@ -27,14 +30,14 @@ def time_from_ros(msg: TimeMsg) -> float:
 
 
 def duration_to_ros(seconds: float) -> DurationMsg:
-    """Seconds as builtin_interfaces/Duration."""
-    total = round(seconds * 1e9)
+    """Seconds as builtin_interfaces/Duration, which ends at 68 years either way."""
+    total = round(max(-_LONGEST_S, min(_LONGEST_S, seconds)) * 1e9)
     return DurationMsg(sec=total // 1_000_000_000, nanosec=total % 1_000_000_000)
 
 
 def duration_from_ros(msg: DurationMsg) -> float:
     """builtin_interfaces/Duration as seconds."""
-    return float(msg.sec) + 1e-9 * float(msg.nanosec)
+    return float((msg.sec * 1_000_000_000 + msg.nanosec) / 1e9)
 
 
 def vector_to_ros(value: Vec3, scale: float = 1.0) -> Vector3:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from builtin_interfaces.msg import Time as TimeMsg
+from diagnostic_msgs.msg import KeyValue
 
 from pack_msgs.msg import (
     BinState,
@@ -30,6 +33,27 @@ from pack_msgs_py.ros.conversions.basic import (
 )
 from pack_msgs_py.values import Bin, Box, PlacedBox, bin_called, check_box, frame_name
 
+#: More than this is no description of a box any more: number of attributes.
+MAX_ATTRIBUTES = 64
+
+
+def attributes_to_ros(extra: Sequence[tuple[str, str]]) -> list[KeyValue]:
+    """What else is known of a box as diagnostic_msgs/KeyValue."""
+    return [KeyValue(key=key, value=value) for key, value in extra]
+
+
+def attributes_from_ros(name: str, msgs: Sequence[KeyValue]) -> tuple[tuple[str, str], ...]:
+    """diagnostic_msgs/KeyValue as checked pairs; refuses empty and repeated keys."""
+    if len(msgs) > MAX_ATTRIBUTES:
+        text = f'{name}: there are {len(msgs)} of them; at most {MAX_ATTRIBUTES} are taken'
+        raise InvalidValue(text)
+    pairs = tuple((item.key, item.value) for item in msgs)
+    keys = [key for key, _ in pairs]
+    if '' in keys or len(set(keys)) != len(keys):
+        text = f'{name}: the keys {keys} must not be empty, and each be there once'
+        raise InvalidValue(text)
+    return pairs
+
 
 def box_to_ros(box: Box) -> BoxMsg:
     """A box as pack_msgs/Box."""
@@ -42,6 +66,7 @@ def box_to_ros(box: Box) -> BoxMsg:
         max_top_load=-1.0 if box.max_top_load_n is None else float(box.max_top_load_n),
         destination=box.destination,
         size_stddev=vector_to_ros(box.size_stddev_mm, 1e-3),
+        attributes=attributes_to_ros(box.extra),
     )
 
 
@@ -58,6 +83,7 @@ def box_from_ros(msg: BoxMsg) -> Box:
             max_top_load_n=None if load < 0 else load,
             destination=msg.destination,
             size_stddev_mm=tidy(vector_from_ros('size_stddev', msg.size_stddev, 1e3)),
+            extra=attributes_from_ros(f'box {msg.id!r} attributes', msg.attributes),
         )
     )
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pack_msgs.msg import BoxEvent as BoxEventMsg
 from pack_msgs.msg import (
     BoxScan,
+    PlacementDecision,
     PlacementReport,
 )
 from pack_msgs.msg import Placement as PlacementMsg
@@ -31,14 +32,17 @@ from pack_msgs_py.ros.conversions.basic import (
     duration_to_ros,
     pose_from_ros,
     pose_to_ros,
-    tidy,
     time_from_ros,
     time_to_ros,
     vector_from_ros,
     vector_to_ros,
 )
-from pack_msgs_py.ros.conversions.content import box_from_ros, box_to_ros
-from pack_msgs_py.values import check_box
+from pack_msgs_py.ros.conversions.content import (
+    attributes_from_ros,
+    attributes_to_ros,
+    box_from_ros,
+    box_to_ros,
+)
 
 
 def scanned_box_to_ros(item: ScannedBox) -> ScannedBoxMsg:
@@ -46,7 +50,6 @@ def scanned_box_to_ros(item: ScannedBox) -> ScannedBoxMsg:
     return ScannedBoxMsg(
         box=box_to_ros(item.box),
         pose=pose_to_ros(item.pose),
-        size_stddev=vector_to_ros(item.box.size_stddev_mm, 1e-3),
         pick_open=time_to_ros(item.pick_open_s or 0.0),
         pick_close=time_to_ros(item.pick_close_s or 0.0),
         travel_time=duration_to_ros(item.travel_time_s),
@@ -56,12 +59,8 @@ def scanned_box_to_ros(item: ScannedBox) -> ScannedBoxMsg:
 
 def scanned_box_from_ros(msg: ScannedBoxMsg) -> ScannedBox:
     """pack_msgs/ScannedBox as a checked value."""
-    box = box_from_ros(msg.box)
-    if not any(box.size_stddev_mm):
-        deviation = tidy(vector_from_ros('size_stddev', msg.size_stddev, 1e3))
-        box = check_box(replace(box, size_stddev_mm=deviation))
     return ScannedBox(
-        box=box,
+        box=box_from_ros(msg.box),
         pose=pose_from_ros('pose', msg.pose),
         pick_open_s=time_from_ros(msg.pick_open) or None,
         pick_close_s=time_from_ros(msg.pick_close) or None,
@@ -115,10 +114,11 @@ def scan_from_ros(msg: BoxScan) -> tuple[Scan, list[str]]:
     return scan, errors
 
 
-def decision_to_ros(decision: Decision, frame_id: str = '') -> PlacementMsg:
-    """A decision as pack_msgs/Placement."""
+def placement_to_ros(decision: Decision, frame_id: str = '') -> PlacementMsg:
+    """What the arm is to do by a decision as pack_msgs/Placement."""
     msg = PlacementMsg(
         sequence=decision.sequence,
+        scan_sequence=decision.scan_sequence,
         box=box_to_ros(decision.box),
         bin_id=decision.bin_id,
         bin_serial=decision.bin_serial,
@@ -127,27 +127,14 @@ def decision_to_ros(decision: Decision, frame_id: str = '') -> PlacementMsg:
         planned_corner=vector_to_ros(decision.corner_mm, 1e-3),
         planned_size=vector_to_ros(decision.size_mm, 1e-3),
         pose=pose_to_ros(decision.target),
-        objective=float(decision.objective),
-        algorithm=decision.algorithm,
-        profile=decision.profile,
-        status=int(decision.status),
-        planning_time=duration_to_ros(decision.planning_s),
-        trigger_stamp=time_to_ros(decision.trigger_stamp_s),
-        scan_sequence=decision.scan_sequence,
-        reason=decision.reason,
-        reject_reason=int(decision.reject_reason),
-        candidates_checked=decision.candidates_checked,
-        check_time=duration_to_ros(decision.check_s),
-        first_objective=float(decision.first_objective),
-        first_refusal=int(decision.first_refusal),
     )
     msg.header.stamp = time_to_ros(decision.stamp_s)
     msg.header.frame_id = frame_id
     return msg
 
 
-def decision_from_ros(msg: PlacementMsg) -> Decision:
-    """pack_msgs/Placement as a checked value."""
+def placement_from_ros(msg: PlacementMsg) -> Decision:
+    """pack_msgs/Placement as a checked value, of which nobody knows how it came about."""
     corner, size = msg.planned_corner, msg.planned_size
     return Decision(
         box=box_from_ros(msg.box),
@@ -158,14 +145,40 @@ def decision_from_ros(msg: PlacementMsg) -> Decision:
         corner_mm=check_whole_mm('planned_corner', (corner.x, corner.y, corner.z)),
         size_mm=check_whole_mm('planned_size', (size.x, size.y, size.z)),
         target=pose_from_ros('pose', msg.pose),
+        sequence=msg.sequence,
+        scan_sequence=msg.scan_sequence,
+        stamp_s=time_from_ros(msg.header.stamp),
+    )
+
+
+def decision_to_ros(decision: Decision, frame_id: str = '') -> PlacementDecision:
+    """A decision as pack_msgs/PlacementDecision."""
+    return PlacementDecision(
+        placement=placement_to_ros(decision, frame_id),
+        objective=float(decision.objective),
+        algorithm=decision.algorithm,
+        profile=decision.profile,
+        status=int(decision.status),
+        planning_time=duration_to_ros(decision.planning_s),
+        trigger_stamp=time_to_ros(decision.trigger_stamp_s),
+        reason=decision.reason,
+        reject_reason=int(decision.reject_reason),
+        candidates_checked=decision.candidates_checked,
+        check_time=duration_to_ros(decision.check_s),
+        first_objective=float(decision.first_objective),
+        first_refusal=int(decision.first_refusal),
+    )
+
+
+def decision_from_ros(msg: PlacementDecision) -> Decision:
+    """pack_msgs/PlacementDecision as a checked value."""
+    return replace(
+        placement_from_ros(msg.placement),
         objective=check_finite('objective', msg.objective),
         algorithm=msg.algorithm,
         profile=msg.profile,
         status=PlacementStatus(msg.status),
         planning_s=duration_from_ros(msg.planning_time),
-        sequence=msg.sequence,
-        scan_sequence=msg.scan_sequence,
-        stamp_s=time_from_ros(msg.header.stamp),
         trigger_stamp_s=time_from_ros(msg.trigger_stamp),
         reason=msg.reason,
         reject_reason=Reason(msg.reject_reason),
@@ -221,11 +234,12 @@ def report_to_ros(report: Report, frame_id: str = '') -> PlacementReport:
         position_error=report.position_error_m,
         angle_error=report.angle_error_rad,
         others_moved=report.others_moved_m,
-        planning_time=report.planning_s,
-        wait_time=report.wait_s,
-        motion_time=report.motion_s,
-        cycle_time=report.cycle_s,
-        slack=report.slack_s,
+        planning_time=duration_to_ros(report.planning_s),
+        wait_time=duration_to_ros(report.wait_s),
+        motion_time=duration_to_ros(report.motion_s),
+        cycle_time=duration_to_ros(report.cycle_s),
+        slack=duration_to_ros(report.slack_s),
+        attributes=attributes_to_ros(report.attributes),
     )
     msg.goal_id.uuid = list(report.goal_id)
     msg.header.stamp = time_to_ros(report.stamp_s)
@@ -247,11 +261,12 @@ def report_from_ros(msg: PlacementReport) -> Report:
         position_error_m=msg.position_error,
         angle_error_rad=msg.angle_error,
         others_moved_m=msg.others_moved,
-        planning_s=msg.planning_time,
-        wait_s=msg.wait_time,
-        motion_s=msg.motion_time,
-        cycle_s=msg.cycle_time,
-        slack_s=msg.slack,
+        planning_s=duration_from_ros(msg.planning_time),
+        wait_s=duration_from_ros(msg.wait_time),
+        motion_s=duration_from_ros(msg.motion_time),
+        cycle_s=duration_from_ros(msg.cycle_time),
+        slack_s=duration_from_ros(msg.slack),
+        attributes=attributes_from_ros('report attributes', msg.attributes),
         goal_id=bytes(msg.goal_id.uuid),
         stamp_s=time_from_ros(msg.header.stamp),
     )
