@@ -85,6 +85,15 @@ class ExecutorParameters:
         high=1000.0,
         read_only=True,
     )
+    joint_jerk: float = parameter(
+        -1.0,
+        'Limit of jerk for planned motions: of the first three joints, those of wrist and rail in '
+        "proportion to their accelerations; 0 for none, -1 for the arm's own.",
+        unit='rad/s³',
+        low=-1.0,
+        high=1e5,
+        read_only=True,
+    )
     tolerance_mm: float = parameter(
         5.0,
         'Farthest that a corner of a box may rest from where it should, on top of what the scanner '

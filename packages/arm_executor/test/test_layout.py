@@ -54,7 +54,7 @@ def test_bin_in_the_way_of_the_pedestal_is_refused():
     [
         (Layout(conveyor=ConveyorLayout(width=-1.0)), 'conveyor.width is -1.0; it must be above 0'),
         (Layout(rail=Rail(speed=float('nan'))), 'rail.speed is nan; it must be finite'),
-        (Layout(rail=Rail(x_min=1.0, x_max=-1.0)), 'rail.x_min 1.0 must be below rail.x_max -1.0'),
+        (Layout(rail=Rail(x_min=1.0, x_max=-1.0)), 'rail.x_min 1.0 is above rail.x_max -1.0'),
         (Layout(stations=Stations(wall=0.0)), 'stations.wall is 0.0; it must be above 0'),
         (Layout(rail=Rail(x_max=1e9)), r'rail.x_max is 1000000000.0; it must be -50 to 50'),
         (Layout(tool=Tool(vacuum=2e5)), r'tool.vacuum is 200000.0; it must be 0 to 101325'),
@@ -65,6 +65,13 @@ def test_bin_in_the_way_of_the_pedestal_is_refused():
 def test_impossible_values_are_named(layout, message):
     with pytest.raises(LayoutError, match=message):
         check_layout(layout, {})
+
+
+def test_an_arm_without_a_rail_stands_still():
+    rail = Rail(x_min=0.3, x_max=0.3)
+    assert check_layout(replace(Layout(), rail=rail), {'A': parse_bin('EQ')}).rail.fixed
+    assert not Layout().rail.fixed
+    assert [rail.nearest(x) for x in (-1.0, 0.3, 2.0)] == [0.3, 0.3, 0.3]
 
 
 def test_unknown_station_is_named():

@@ -120,6 +120,24 @@ def test_no_sample_passes_a_limit(timing, x, z, rail, mass, corner):
     assert timed.q[-1] == pytest.approx(path.q[-1], abs=1e-6)
 
 
+@settings(max_examples=15, deadline=None)
+@given(x=st.floats(-1.4, -0.6), mass=st.floats(0.2, 12.0), jerk=st.sampled_from([150.0, 500.0]))
+def test_jerk_keeps_to_its_limit_and_the_motion_to_its_path(timing, x, mass, jerk):
+    path = joint_path(CELL, swing(x), 0)
+    load = Load(mass, (0.4, 0.3, 0.25))
+    smooth = Timing(ARM, LAYOUT, MotionLimits(joint_jerk=jerk))
+    gentle, fast = (one.trajectory(path.q, load, 1 / 240) for one in (smooth, timing))
+    most = smooth.max_acceleration * jerk / 5.0
+    assert most[1:] == pytest.approx(jerk * np.array([1, 1, 1, 2, 2, 2]))
+    whole = np.vstack([np.zeros((1, 7)), gentle.qdd, np.zeros((1, 7))])
+    assert (np.abs(np.diff(whole, axis=0)) * 240 <= most * 1.15).all()
+    assert (np.abs(gentle.qdd) <= smooth.max_acceleration * 1.03).all()
+    assert fast.duration < gentle.duration < 1.5 * fast.duration
+    assert gentle.q[[0, -1]] == pytest.approx(path.q[[0, -1]], abs=1e-6)
+    nearest = np.abs(gentle.q[:, None] - fast.q[None]).max(axis=2).min(axis=1)
+    assert nearest.max() < 0.02
+
+
 def test_carried_box_is_accelerated_gently(timing):
     path = joint_path(CELL, swing(), 0)
     timed = timing.trajectory(path.q, Load(2.0, (0.3, 0.3, 0.3)), 1 / 240)
@@ -169,10 +187,11 @@ def test_joined_trajectories_follow_each_other_in_time(timing):
     assert both.q[-1] == pytest.approx(there.q[0], abs=1e-6)
 
 
-def test_way_back_leads_from_here_to_the_start():
+def test_way_back_leads_from_here_to_just_above_the_start():
     path = joint_path(CELL, swing(), 0)
     here = (path.q[40] + path.q[41]) / 2
     back = reversed_path(path, here)
     assert back[0] == pytest.approx(here)
-    assert back[-1] == pytest.approx(path.q[0])
+    end, start = CELL.tool(np.vstack([back[-1], path.q[0]]))[:, :3, 3]
+    assert end - start == pytest.approx([0.0, 0.0, 0.001], abs=1e-4)
     assert len(back) <= 43

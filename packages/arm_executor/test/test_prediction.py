@@ -64,7 +64,7 @@ def free_places(spec, boxes):
 class Planned:
     """The planner in its world, with the same bins as a :class:`PredictedCell` is given."""
 
-    def __init__(self, spec, contents):
+    def __init__(self, spec, contents, limits=None):
         self.world, self.spec, self.contents = PlanningWorld(ARM, LAYOUT), spec, contents
         self.world.set_block(conveyor_block(LAYOUT))
         for station, boxes in contents.items():
@@ -73,7 +73,7 @@ class Planned:
                 self.world.set_block(block)
             for box_id, (size, pose) in boxes.items():
                 self.world.set_box(f'placed box {box_id}', size, frame.to_cell(pose))
-        self.motions = MotionPlanner(ARM, LAYOUT, MotionLimits(), self.world, 1 / 60)
+        self.motions = MotionPlanner(ARM, LAYOUT, limits or MotionLimits(), self.world, 1 / 60)
 
     def motion(self, request, start):
         frame = bin_frame(LAYOUT, request.station, self.spec)
@@ -158,6 +158,27 @@ def test_a_bin_that_has_gone_and_a_box_that_has_moved_are_forgotten():
     both = {**aside, 'B': BinContent(spec)}
     assert cell.motion(replace(request, station='B'), cell.home, both).duration > 3.0
     assert cell.motion(request, cell.home, aside).duration == free
+
+
+def test_an_arm_that_stands_still_reaches_its_places_without_a_rail():
+    fixed = replace(LAYOUT, rail=replace(LAYOUT.rail, x_min=-0.2, x_max=-0.2))
+    box, bins = Box('new', (280.0, 300.0, 200.0), 4.0), {'A': BinContent(parse_bin('EQ'))}
+    pick = pick_pose(fixed, box.size_mm)
+    for cell in (PredictedCell(fixed), PredictedCell(fixed, MotionLimits(joint_jerk=500.0))):
+        motion = cell.motion(PlaceRequest(box, pick, 'A', Pose((0.5, 0.4, 0.1))), cell.home, bins)
+        for leg in (motion.approach, motion.carry, motion.retreat):
+            assert np.abs(leg.q[:, 0] + 0.2).max() < 1e-9
+
+
+def test_a_limit_to_jerk_is_predicted_too():
+    spec, limits = parse_bin('LDC'), MotionLimits(joint_jerk=200.0)
+    cell, planned = PredictedCell(LAYOUT, limits), Planned(spec, {'A': {}}, limits)
+    box, bins = Box('new', (280.0, 300.0, 200.0), 4.0), {'A': BinContent(spec)}
+    pick = pick_pose(LAYOUT, box.size_mm)
+    for target in free_places(spec, {})[:6]:
+        request = PlaceRequest(box, pick, 'A', target)
+        known = planned.motion(request, cell.home).duration
+        assert cell.motion(request, cell.home, bins).duration == pytest.approx(known, rel=0.05)
 
 
 def test_the_physics_arm_predicts_what_it_plans(arm):

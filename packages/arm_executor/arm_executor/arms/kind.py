@@ -18,12 +18,14 @@ class ArmSetup:
     ----------
     layout : where everything stands, and which robot it is.
     speed : robot seconds per wall-clock second; 0 is as fast as the machine can.
+    joint_jerk : limit of jerk for planned motions, rad/s3; 0 for none, ``None`` for the arm's own.
     truth : what the boxes really are, for an arm in a simulated world; nothing is known of a box
         that nobody told of, which is then as scanned.
     """
 
     layout: Layout
     speed: float = 1.0
+    joint_jerk: float | None = None
     truth: Truth = field(default_factory=Truth)
 
 

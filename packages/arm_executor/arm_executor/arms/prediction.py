@@ -48,12 +48,12 @@ class PredictedCell:
         There is no such robot.
     """
 
-    def __init__(self, layout: Layout) -> None:
+    def __init__(self, layout: Layout, limits: MotionLimits | None = None) -> None:
         robot = find_robot(layout.robot)
         self._layout = layout
         self._world = QuickWorld(robot, layout)
         self._world.set_block(conveyor_block(layout))
-        self._motions = MotionPredictor(robot, layout, MotionLimits(), self._world)
+        self._motions = MotionPredictor(robot, layout, limits or MotionLimits(), self._world)
         self._shown: dict[str, object] = {}
         self._lock = threading.Lock()
         self.home = self._motions.home()

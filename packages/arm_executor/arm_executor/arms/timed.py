@@ -28,6 +28,7 @@ from arm_executor.model.arm_interface import (
 from arm_executor.model.layout import Layout
 from arm_executor.motion.planned import PlannedMotion
 from arm_executor.motion.stances import GRIP_S, RELEASE_S
+from arm_executor.motion.timing import MotionLimits
 from pack_msgs_py.codes import ErrorCode, Phase
 from pack_msgs_py.geometry.pose import Pose, metres
 from pack_msgs_py.values import Bin, BinSpec, Vec3
@@ -92,6 +93,7 @@ class TimedArm:
         ``PLACED_OUT_OF_TOLERANCE`` and ``OTHERS_DISTURBED`` shift a box by 20 mm;
         ``DEADLINE_MISSED`` makes the motion 60 s longer than predicted; ``UNKNOWN`` raises.
     truth : what the boxes really are; without it they are as scanned.
+    limits : assumed limits of motion.
     """
 
     def __init__(
@@ -101,12 +103,13 @@ class TimedArm:
         speed: float = 1.0,
         faults: Mapping[str, ErrorCode] | None = None,
         truth: Truth | None = None,
+        limits: MotionLimits | None = None,
     ) -> None:
         self._truth = truth or Truth()
         self._layout = layout or Layout()
         self._speed = speed
         self._faults = {} if faults is None else faults
-        self._cell = PredictedCell(self._layout)
+        self._cell = PredictedCell(self._layout, limits)
         self._at = self._cell.home
         self._specs: dict[str, BinSpec] = {}
         self._sizes: dict[str, Vec3] = {}

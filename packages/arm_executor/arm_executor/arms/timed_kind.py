@@ -10,8 +10,10 @@ from arm_executor.model.layout import lifting_limit
 def _make(setup: ArmSetup) -> Arm:
     # Only here: what predicts motions takes a second to be imported.
     from arm_executor.arms.timed import TimedArm
+    from arm_executor.motion.timing import MotionLimits
 
-    return TimedArm(setup.layout, speed=setup.speed, truth=setup.truth)
+    limits = MotionLimits(joint_jerk=setup.joint_jerk or 0.0)
+    return TimedArm(setup.layout, speed=setup.speed, truth=setup.truth, limits=limits)
 
 
 TIMED = ArmKind(

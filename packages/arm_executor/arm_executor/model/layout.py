@@ -20,7 +20,10 @@ from pack_msgs_py.values import STATIONS, BinSpec, Vec3, Walls
 
 @dataclass(frozen=True)
 class Rail:
-    """The linear axis that carries the arm along x. Speed, acceleration and force are assumed."""
+    """The linear axis that carries the arm along x. Speed, acceleration and force are assumed.
+
+    Where ``x_min`` and ``x_max`` are the same, the arm stands there and there is no rail.
+    """
 
     x_min: float = -2.4
     x_max: float = 2.4
@@ -29,6 +32,15 @@ class Rail:
     force: float = 3000.0
     base_height: float = 1.30
     pedestal_radius: float = 0.15
+
+    @property
+    def fixed(self) -> bool:
+        """Whether the arm stands still."""
+        return self.x_min == self.x_max
+
+    def nearest(self, x: float) -> float:
+        """Where on the rail the arm stands nearest to ``x``."""
+        return min(max(x, self.x_min), self.x_max)
 
 
 @dataclass(frozen=True)
@@ -292,8 +304,11 @@ def check_layout(layout: Layout, bins: Mapping[str, BinSpec]) -> Layout:
                 f'as {fixed:g} m, so leave it and move rail and stations instead'
             )
             raise LayoutError(msg)
-    if layout.rail.x_min >= layout.rail.x_max:
-        msg = f'layout: rail.x_min {layout.rail.x_min} must be below rail.x_max {layout.rail.x_max}'
+    if layout.rail.x_min > layout.rail.x_max:
+        msg = (
+            f'layout: rail.x_min {layout.rail.x_min} is above rail.x_max {layout.rail.x_max}; '
+            'the arm stands still where both are the same'
+        )
         raise LayoutError(msg)
     blocks = [conveyor_block(layout), _pedestal_sweep(layout)]
     for station, spec in bins.items():

@@ -235,7 +235,7 @@ class FrontPlanner:
         yaw = math.atan2(tool[1, 0], tool[0, 0])
         place = waypoint(float(option.place[0]), task.place, yaw, math.pi / 2)
         d4 = BRANCHES[option.branch][0] * self._kinematics.robot.d4
-        rail = max(-0.5, min(0.5, place[0]))
+        rail = self._layout.rail.nearest(max(-0.5, min(0.5, place[0])))
         stance = Stance(0.0, option.branch, rail, place[0])
         lying = replace(task, pick_yaw=0.0)
         way = find_way(lying, stance, place, float(option.place[6]), d4)

@@ -60,7 +60,7 @@ def find_front_stances(
     as it is taken, ``pick`` the middle of its front on the belt, ``q`` (7,) where the arm is.
     """
     rail = kinematics.layout.rail
-    rails = np.array([place for place in _PICK_RAILS if rail.x_min <= place <= rail.x_max])
+    rails = np.unique(np.clip(_PICK_RAILS, rail.x_min, rail.x_max))
     level = kinematics.tool_ahead(rails, np.tile(pick, (len(rails), 1)), task.pick_yaw).reshape(
         -1, 7
     )

@@ -110,7 +110,8 @@ class MotionPlanner:
 
     def home(self) -> Array:
         """Configuration (7,) above the pick point, elbow up, for the first motion."""
-        solutions = self.kinematics.tool_down([0.0], [hover_point(self._layout)], [0.0])[0]
+        rail = self._layout.rail.nearest(0.0)
+        solutions = self.kinematics.tool_down([rail], [hover_point(self._layout)], [0.0])[0]
         home: Array = solutions[BRANCHES.index(HOME_POSTURE)]
         if np.isnan(home).any():
             robot, point = self.kinematics.robot.name, hover_point(self._layout)

@@ -17,6 +17,9 @@ Array = NDArray[np.float64]
 #: How much longer a motion takes than the limits at the points of the grid allow: the median of
 #: planned motions.
 _SLOWER = 1.011
+#: A limit to jerk makes a motion longer by so many times the time in which a joint comes to its
+#: greatest acceleration: the median again.
+_RAMPS = 2.0
 #: Torques are computed at every so-manieth point of a path with a box, and are linear in between.
 _APART = 4
 
@@ -25,7 +28,7 @@ class QuickTiming(Timing):
     """A :class:`Timing` whose trajectories have the points of their path, and no speeds."""
 
     def trajectory(
-        self, q: Array, load: Load | None, period: float, *, pace: float = 1.0
+        self, q: Array, load: Load | None, period: float, *, share: float = 1.0
     ) -> Trajectory | None:
         """As :meth:`Timing.trajectory`, with a sample for each point of ``q``."""
         steps = np.abs(np.diff(q, axis=0)).max(axis=1)
@@ -44,7 +47,8 @@ class QuickTiming(Timing):
         if not len(times):
             return None
         still = np.zeros_like(q)
-        return Trajectory(times * _SLOWER / pace, q, still, still)
+        slower = _SLOWER + _RAMPS * self.ramp_s / float(times[-1])
+        return Trajectory(times * slower / share, q, still, still)
 
     def _torques(
         self, q: Array, slope: Array, bend: Array, load: Load | None

@@ -54,9 +54,9 @@ def find_stances(
     rail = kinematics.layout.rail
     options = set()
     for offset in _RAIL_OFFSETS:
-        place_rail = _clip(task.place[0] + offset, rail.x_min, rail.x_max)
-        near = task.pick[0] + _clip(place_rail - task.pick[0], -0.5, 0.5)
-        for pick_rail in (float(start[0]), near, _clip(place_rail, -1.0, 1.0)):
+        place_rail = rail.nearest(task.place[0] + offset)
+        near = rail.nearest(task.pick[0] + _clip(place_rail - task.pick[0], -0.5, 0.5))
+        for pick_rail in (float(start[0]), near, rail.nearest(_clip(place_rail, -1.0, 1.0))):
             options.add((round(pick_rail, 6), round(place_rail, 6)))
     lifted, over = (*task.pick[:2], task.over), (*task.place[:2], task.over)
     rows = [

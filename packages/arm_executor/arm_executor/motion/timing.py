@@ -1,7 +1,8 @@
 """Timing: the fastest way along a path within speed, acceleration, torque and suction limits.
 
 Time-optimal path parametrisation by reachability analysis (Pham and Pham, 2018) from `toppra`,
-rigid body dynamics of arm and load from `pinocchio`. The result is not limited in jerk.
+rigid body dynamics of arm and load from `pinocchio`. Jerk is limited on request
+(:mod:`arm_executor.motion.jerk`).
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from arm_executor.model.layout import Layout
 from arm_executor.model.robot_data import RobotModel
 from arm_executor.model.suction import LEAST_ACCELERATION, holding_limits, tool_acceleration_limit
 from arm_executor.model.urdf import cell_urdf
+from arm_executor.motion.jerk import Pace, joint_motion, smoothed
 from pack_msgs_py.values import Vec3
 
 Array = NDArray[np.float64]
@@ -47,12 +49,14 @@ class MotionLimits:
     joint_acceleration : of the first three joints, rad/s2; the wrists may do twice as much.
     tool_acceleration : of the pad with a box on it, m/s2, any horizontal direction, and vertical.
     empty_tool_factor : how much more the empty pad may do.
+    joint_jerk : of the first three joints, rad/s3, in proportion of the others; 0 for no limit.
     torque_share : share of the maximum torque that motion may use; the rest is for tracking.
     """
 
     joint_acceleration: float = 5.0
     tool_acceleration: float = 5.0
     empty_tool_factor: float = 2.0
+    joint_jerk: float = 0.0
     torque_share: float = 0.9
 
 
@@ -110,15 +114,18 @@ class Timing:
         acceleration = limits.joint_acceleration * np.array([1, 1, 1, 2, 2, 2])
         self.max_speed: Array = np.r_[rail.speed, robot.max_speed]
         self.max_acceleration: Array = np.r_[rail.acceleration, acceleration]
+        # Every joint comes to its greatest acceleration in the same time.
+        self.ramp_s = limits.joint_acceleration / limits.joint_jerk if limits.joint_jerk else 0.0
+        self.max_jerk: Array | None = self.max_acceleration / self.ramp_s if self.ramp_s else None
         self.max_torque: Array = np.r_[rail.force, robot.max_torque] * limits.torque_share
 
     def trajectory(
-        self, q: Array, load: Load | None, period: float, *, pace: float = 1.0
+        self, q: Array, load: Load | None, period: float, *, share: float = 1.0
     ) -> Trajectory | None:
         """Fastest trajectory through ``q`` (n, 7), sampled every ``period`` s; ``None`` if none.
 
-        The last sample is the end of the path, at rest. A ``pace`` below 1 is that share of the
-        fastest.
+        The last sample is the end of the path, at rest. A ``share`` below 1 is that share of the
+        fastest pace.
         """
         steps = np.abs(np.diff(q, axis=0)).max(axis=1)
         q = q[np.r_[True, steps > 1e-9]]
@@ -141,25 +148,29 @@ class Timing:
         profile = _Profile.made(np.linspace(0.0, 1.0, count), speeds, accelerations)
         if profile is None:
             return None
-        slower = self._stretch(profile, path, self._loaded_with(load).model)
+        pace: Pace = profile
+        slower = 1.0
+        if self.max_jerk is not None:
+            pace, slower = smoothed(path, profile, self.max_jerk)
+        slower = max(slower, self._stretch(pace, path, self._loaded_with(load).model))
         if slower > _MAX_STRETCH:
             return None
-        slower /= pace
-        duration = profile.duration * slower
+        slower /= share
+        duration = pace.duration * slower
         samples = max(2, math.ceil(duration / period) + 1)
         times = np.minimum(np.arange(samples) * period, duration)
-        q, qd, qdd = profile.along(path, times / slower)
+        q, qd, qdd = joint_motion(path, pace, times / slower)
         return Trajectory(times, q, qd / slower, qdd / slower**2)
 
     def _stretch(
-        self, profile: _Profile, path: toppra.SplineInterpolator, model: pinocchio.Model
+        self, pace: Pace, path: toppra.SplineInterpolator, model: pinocchio.Model
     ) -> float:
         """How much slower all of it must run, at least 1.
 
         The limits hold at the grid points; between them they can be passed by a little.
         """
-        probe = np.linspace(0.0, profile.duration, max(2, math.ceil(profile.duration / _PROBE)))
-        q, qd, qdd = profile.along(path, probe)
+        probe = np.linspace(0.0, pace.duration, max(2, math.ceil(pace.duration / _PROBE)))
+        q, qd, qdd = joint_motion(path, pace, probe)
         speed = np.abs(qd / self.max_speed).max()
         acceleration = np.abs(qdd / self.max_acceleration).max()
         data = model.createData()
@@ -303,17 +314,14 @@ class _Profile:
     def duration(self) -> float:
         return float(self.starts[-1])
 
-    def along(self, path: toppra.SplineInterpolator, times: Array) -> tuple[Array, Array, Array]:
-        """Positions, speeds and accelerations (n, 7) of the joints at ``times`` (n,)."""
+    def at(self, times: Array) -> tuple[Array, Array, Array]:
+        """The path's parameter (n,) at ``times`` (n,), its speed and its acceleration."""
         piece = np.clip(np.searchsorted(self.starts, times, 'right') - 1, 0, len(self.grid) - 2)
         since = times - self.starts[piece]
         acceleration = self.accelerations[piece]
         speed = self.speeds[piece] + acceleration * since
-        at = self.grid[piece] + self.speeds[piece] * since + acceleration * since * since / 2
-        at = np.clip(at, 0.0, 1.0)
-        slope, bend = path(at, 1), path(at, 2)
-        qd = slope * speed[:, None]
-        return path(at), qd, slope * acceleration[:, None] + bend * (speed * speed)[:, None]
+        s = self.grid[piece] + self.speeds[piece] * since + acceleration * since * since / 2
+        return np.clip(s, 0.0, 1.0), speed, acceleration
 
 
 def _both_ways(limit: Array) -> Array:

@@ -104,7 +104,7 @@ def check_reach(layout: Layout, bins: Mapping[str, BinSpec], least: float = LEAS
         ('the waiting point above the belt', hover_point(layout), (BRANCHES.index(HOME_POSTURE),)),
         ('a box at the pick point', (x, y, z + PROBE_MM[2] / 2000), ELBOW_UP),
     ):
-        q = kinematics.tool_down([0.0], [point], [0.0], branches)[0]
+        q = kinematics.tool_down([layout.rail.nearest(0.0)], [point], [0.0], branches)[0]
         if np.isnan(q).any(axis=1).all():
             msg = (
                 f'layout: {layout.robot} (reach {kinematics.robot.reach:g} m) on a base '

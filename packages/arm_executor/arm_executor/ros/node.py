@@ -116,6 +116,7 @@ class ArmExecutor(Node):
         setup = ArmSetup(
             layout=self._layout,
             speed=parameters.speed,
+            joint_jerk=None if parameters.joint_jerk < 0 else parameters.joint_jerk,
             truth=self._truth,
         )
         self._core = ExecutorCore(

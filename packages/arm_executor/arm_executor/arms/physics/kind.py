@@ -10,10 +10,12 @@ from arm_executor.model.layout import lifting_limit
 def _make(setup: ArmSetup) -> Arm:
     # Only here, so that everything else runs without PyBullet.
     from arm_executor.arms.physics.arm import PhysicsArm
+    from arm_executor.motion.timing import MotionLimits
 
     return PhysicsArm(
         layout=setup.layout,
         speed=setup.speed,
+        limits=MotionLimits(joint_jerk=setup.joint_jerk or 0.0),
         truth=setup.truth,
     )
 

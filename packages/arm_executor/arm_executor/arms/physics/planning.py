@@ -110,9 +110,9 @@ class PhysicsPlanning:
 
         The fastest one with an empty gripper; a box that is brought back is set down gently.
         """
-        pace = 1.0 if load is None else WITH_CARE
+        share = 1.0 if load is None else WITH_CARE
         with self._bins.lock:
-            return self.motions.timing.trajectory(path, load, STEP_S, pace=pace)
+            return self.motions.timing.trajectory(path, load, STEP_S, share=share)
 
 
 def _plan(request: PlaceRequest, motion: PlannedMotion, begun_s: float) -> MotionPlan:
