@@ -17,6 +17,7 @@ Int3 = tuple[int, int, int]
 MAX_EDGE_MM = 10_000.0
 MAX_WEIGHT_KG = 10_000.0
 MAX_STDDEV_MM = 1000.0
+MAX_TOP_LOAD_N = 1e7
 
 #: Faces that may point up; a box's ``allowed_up`` is a bitwise OR of these.
 UP_POS_X, UP_NEG_X, UP_POS_Y, UP_NEG_Y, UP_POS_Z, UP_NEG_Z = 1, 2, 4, 8, 16, 32
@@ -226,10 +227,15 @@ def frame_name(station: str) -> str:
     return f'bin_{station.lower()}'
 
 
+def shortened(text: str, most: int = 60) -> str:
+    """``text`` in quotes, as much of it as fits into a message."""
+    return repr(text) if len(text) <= most else f'{text[:most]!r}... ({len(text)} characters)'
+
+
 def check_box(box: Box) -> Box:
     """Return ``box`` unchanged, or raise ``ValueError`` saying which value is wrong and why."""
     if not box.id or len(box.id) > 200 or not box.id.isprintable():
-        msg = f'box id {box.id!r} must be 1 to 200 printable characters'
+        msg = f'box id {shortened(box.id)} must be 1 to 200 printable characters'
         raise ValueError(msg)
     for axis, edge in zip('xyz', box.size_mm, strict=True):
         if not math.isfinite(edge) or edge <= 0 or edge > MAX_EDGE_MM:
@@ -259,7 +265,7 @@ def check_box(box: Box) -> Box:
             )
             raise ValueError(msg)
     load = box.max_top_load_n
-    if load is not None and (not math.isfinite(load) or load < 0):
-        msg = f'box {box.id!r}: max_top_load is {load:g} N; it must be finite and not negative'
+    if load is not None and not 0 <= load <= MAX_TOP_LOAD_N:
+        msg = f'box {box.id!r}: max_top_load is {load:g} N; it must be 0 to {MAX_TOP_LOAD_N:g}'
         raise ValueError(msg)
     return box

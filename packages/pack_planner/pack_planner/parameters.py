@@ -69,6 +69,7 @@ class PlannerParameters:
         "heaviest box, for an arm that lifts less than the profile allows; 0 for the profile's own",
         unit='kg',
         low=0.0,
+        high=10_000.0,
         read_only=True,
     )
     look_ahead: int = parameter(
@@ -136,13 +137,24 @@ class PlannerParameters:
         high=MOST_PASSED_OVER,
     )
     budget_s: float = parameter(
-        5.0, 'time for a decision; then the best one found is taken', unit='s', low=0.0
+        5.0,
+        'time for a decision; then the best one found is taken',
+        unit='s',
+        low=0.0,
+        high=86_400.0,
     )
     node_limit: int = parameter(
-        0, 'search nodes for a decision, instead of time repeatable; 0 for no limit', low=0
+        0,
+        'search nodes for a decision, instead of time repeatable; 0 for no limit',
+        low=0,
+        high=10**12,
     )
     deadline_s: float = parameter(
-        5.5, 'time for a box: planning that no motion hid, plus motion', unit='s', low=0.1
+        5.5,
+        'time for a box: planning that no motion hid, plus motion',
+        unit='s',
+        low=0.1,
+        high=86_400.0,
     )
     candidates: int = parameter(
         12,

@@ -10,6 +10,7 @@ from arm_executor.goals.place_goal import PlaceGoal
 from arm_executor.goals.waiting import Waiting
 from arm_executor.model.arm_interface import MotionResult
 from pack_msgs_py.cell_values import Report
+from pack_msgs_py.checks import LONGEST_S
 from pack_msgs_py.geometry.pose import Pose, corner_distance, metres, turn_between
 
 
@@ -79,8 +80,15 @@ def refusal_report(goal: PlaceGoal, refusal: Refusal, now_s: float) -> Report:
         code=refusal.code,
         message=refusal.message,
         commanded=decision.target,
-        slack_s=goal.deadline_s - now_s if math.isfinite(goal.deadline_s) else 0.0,
+        slack_s=_slack_s(goal.deadline_s, now_s),
         goal_id=goal.goal_id,
         stamp_s=now_s,
         attributes=decision.box.extra,
     )
+
+
+def _slack_s(deadline_s: float, now_s: float) -> float:
+    """Time left, as far as a report can say it; 0 for a deadline that is none."""
+    if not math.isfinite(deadline_s):
+        return 0.0
+    return min(LONGEST_S, max(-LONGEST_S, deadline_s - now_s))

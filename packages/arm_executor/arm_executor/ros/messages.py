@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from builtin_interfaces.msg import Time as TimeMsg
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
@@ -12,6 +14,14 @@ from arm_executor.goals.place_goal import CELL_FRAME, PlaceGoal
 from pack_msgs.action import PlaceBox
 from pack_msgs.msg import BoxScan
 from pack_msgs_py.cell_values import Decision
+from pack_msgs_py.checks import (
+    LARGEST_COUNT,
+    LONGEST_NAME,
+    LONGEST_S,
+    InvalidValue,
+    check_name,
+    clean_text,
+)
 from pack_msgs_py.codes import Mode
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.ros import conversions
@@ -24,14 +34,18 @@ _LEVELS = {
 }
 
 
-def goal_from_ros(msg: PlaceBox.Goal, goal_id: bytes) -> PlaceGoal:
-    """A goal of place_box as a value; ``ValueError`` says which field cannot be used."""
+def goal_from_ros(msg: PlaceBox.Goal, goal_id: bytes, now_s: float) -> PlaceGoal:
+    """A goal of place_box that came at ``now_s``; ``ValueError`` says which field is unusable."""
+    deadline_s = conversions.time_from_ros(msg.deadline, 'deadline')
+    if deadline_s - now_s > LONGEST_S:
+        text = f'deadline is {deadline_s - now_s:g} s from now; at most {LONGEST_S:g} s will do'
+        raise InvalidValue(text)
     return PlaceGoal(
         decision=conversions.placement_from_ros(msg.placement),
-        frame_id=msg.placement.header.frame_id,
+        frame_id=check_name('frame_id', msg.placement.header.frame_id),
         pick=conversions.pose_from_ros('pick_pose', msg.pick_pose.pose),
-        pick_frame=msg.pick_pose.header.frame_id,
-        deadline_s=conversions.time_from_ros(msg.deadline),
+        pick_frame=check_name('pick_pose.frame_id', msg.pick_pose.header.frame_id),
+        deadline_s=deadline_s,
         goal_id=goal_id,
     )
 
@@ -41,15 +55,15 @@ def unusable_goal(msg: PlaceBox.Goal, goal_id: bytes) -> PlaceGoal:
     placement = msg.placement
     return PlaceGoal(
         decision=Decision(
-            Box(placement.box.id, (0.0, 0.0, 0.0)),
-            placement.bin_id,
+            Box(clean_text(placement.box.id)[:LONGEST_NAME], (0.0, 0.0, 0.0)),
+            clean_text(placement.bin_id)[:LONGEST_NAME],
             placement.bin_serial,
-            placement.bin_revision,
+            min(placement.bin_revision, LARGEST_COUNT),
         ),
         frame_id='',
         pick=Pose(),
         pick_frame='',
-        deadline_s=conversions.time_from_ros(msg.deadline),
+        deadline_s=math.nan,
         goal_id=goal_id,
     )
 

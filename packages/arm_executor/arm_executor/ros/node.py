@@ -181,7 +181,7 @@ class ArmExecutor(Node):
         self._results[goal_id] = Future()
         handle.execute()
         try:
-            goal = goal_from_ros(handle.request, goal_id)
+            goal = goal_from_ros(handle.request, goal_id, self._now_s())
         except ValueError as error:
             goal = unusable_goal(handle.request, goal_id)
             self._core.refuse(goal, Refusal(ErrorCode.INVALID_GOAL, str(error)))

@@ -12,6 +12,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from arm_executor.bins.book import BinBook, BookError
 from arm_executor.bins.cut_off import CutOffs
+from arm_executor.goals.candidates import MAX_CANDIDATES
 from arm_executor.goals.core import ExecutorCore
 from arm_executor.goals.outputs import Checked
 from arm_executor.goals.place_goal import PlaceGoal
@@ -19,6 +20,7 @@ from arm_executor.model.layout import Layout, pick_pose
 from arm_executor.ros.messages import candidate
 from pack_msgs.msg import PlacementCheck
 from pack_msgs.srv import CheckPlacements, CutOff, SwapBin
+from pack_msgs_py.checks import InvalidValue, check_name
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.orientation import at_pick
 from pack_msgs_py.ros import conversions
@@ -69,9 +71,14 @@ class Services:
     async def _check(
         self, request: CheckPlacements.Request, response: CheckPlacements.Response
     ) -> CheckPlacements.Response:
-        candidates = [self._candidate(msg) for msg in request.candidates]
+        # Those behind are not even converted, which alone would hold up the heartbeat.
+        candidates = [self._candidate(msg) for msg in request.candidates[:MAX_CANDIDATES]]
+        try:
+            enough_s = conversions.duration_from_ros(request.enough, 'enough')
+        except InvalidValue as error:
+            candidates = [str(error)] * len(candidates)
+            enough_s = 0.0
         future = Future()
-        enough_s = conversions.duration_from_ros(request.enough)
         goals = [goal for goal in candidates if isinstance(goal, PlaceGoal)]
         self._core.check(future, goals, enough_s)
         answers = iter(await future)
@@ -88,6 +95,10 @@ class Services:
                     predicted=answer.predicted,
                 )
             )
+        more = len(request.candidates) - len(candidates)
+        text = f'at most {MAX_CANDIDATES} candidates are looked at in one request'
+        busy = PlacementCheck(error_code=int(ErrorCode.BUSY), error_msg=text)
+        response.checks = [*response.checks, *[busy] * more]
         return response
 
     def _candidate(self, msg: Any) -> PlaceGoal | str:  # noqa: ANN401 - pack_msgs/Placement
@@ -123,8 +134,11 @@ class Services:
 
     def _swap_bin(self, request: SwapBin.Request, response: SwapBin.Response) -> SwapBin.Response:
         try:
-            opened = self._core.swap(request.bin_id, request.bin_revision, request.destination)
-        except BookError as error:
+            check_name('destination', request.destination)
+            opened = self._core.swap(
+                check_name('bin_id', request.bin_id), request.bin_revision, request.destination
+            )
+        except (BookError, InvalidValue) as error:
             response.message = str(error)
             return response
         response.success = True
@@ -134,8 +148,11 @@ class Services:
 
     def _cut_off(self, request: CutOff.Request, response: CutOff.Response) -> CutOff.Response:
         try:
-            answer = self._cut_offs.cut_off(request.destination, request.next_destination)
-        except BookError as error:
+            answer = self._cut_offs.cut_off(
+                check_name('destination', request.destination),
+                check_name('next_destination', request.next_destination),
+            )
+        except (BookError, InvalidValue) as error:
             response.message = str(error)
         else:
             response.success, response.message = True, str(answer)

@@ -50,17 +50,19 @@ from pack_msgs.msg import (
 )
 from pack_msgs.srv import InsertBox, RemoveBox
 from pack_msgs_py.cell_values import Scan, ScannedBox
+from pack_msgs_py.checks import check_length, check_name
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.parameter_fields import check_value, parameter_fields
 from pack_msgs_py.ros.conversions import (
     box_from_ros,
     decision_from_ros,
-    duration_from_ros,
     event_from_ros,
     event_to_ros,
+    report_from_ros,
     scan_to_ros,
     time_from_ros,
 )
+from pack_msgs_py.ros.conversions.content import MOST_BINS, MOST_BOXES
 from pack_msgs_py.ros.declare_parameters import declare_parameters
 from pack_msgs_py.ros.qos import TOPICS, TRUE_BOXES
 from pack_msgs_py.ros.run_node import run_node
@@ -128,8 +130,9 @@ class ConveyorNode(Node):
             (PlacementReport, 'placement_report', self._on_report),
             (PlacementDecision, 'placements', self._on_placement),
         ):
-            self.create_subscription(kind, topic, callback, TOPICS[topic])
-        self.create_subscription(ExecutorState, 'executor_state', self._on_executor_state, 1)
+            self.create_subscription(kind, topic, self._guard(topic, callback), TOPICS[topic])
+        heard = self._guard('executor_state', self._on_executor_state)
+        self.create_subscription(ExecutorState, 'executor_state', heard, 1)
         self.create_service(SetBool, '~/pause', self._on_pause)
         self.create_service(SetBool, '~/drain', self._on_drain)
         self.create_service(InsertBox, '~/insert_box', self._on_insert)
@@ -179,47 +182,54 @@ class ConveyorNode(Node):
             self._true_boxes = boxes
             self._truth.publish(scan_to_ros(Scan(0, stamp_s, boxes)))
 
+    def _guard(self, topic: str, take: Callable[[Any], None]) -> Callable[[Any], None]:
+        """``take`` for messages of ``topic``; what cannot be used is told and changes nothing."""
+
+        def receive(msg: Any) -> None:  # noqa: ANN401 - any message type
+            try:
+                take(msg)
+            except ValueError as error:
+                self._complain(topic, str(error))
+
+        return receive
+
     def _on_placement(self, msg: PlacementDecision) -> None:
-        try:
-            decision = decision_from_ros(msg)
-        except ValueError as error:
-            self._complain('placements', str(error))
-            return
+        decision = decision_from_ros(msg)
         self._tell(self._conveyor.on_decision(decision, *self._now()), 'placements')
 
     def _on_event(self, msg: BoxEvent) -> None:
-        try:
-            event = event_from_ros(msg)
-        except ValueError as error:
-            self._complain('box_event', str(error))
-            return
+        event = event_from_ros(msg)
         self._tell(self._conveyor.on_event(event, *self._now()), 'box_event')
 
     def _on_executor_state(self, msg: ExecutorState) -> None:
         executing = msg.mode == ExecutorState.MODE_EXECUTING
-        box_id = msg.active_box_id if executing else ''
+        box_id = check_name('active_box_id', msg.active_box_id) if executing else ''
         self._tell(self._conveyor.on_handled(box_id, *self._now()))
 
     def _on_report(self, msg: PlacementReport) -> None:
-        if msg.error_code == ErrorCode.GRASP_FAILED:
-            text = f'the arm found no box: {msg.error_msg}'
-            ended_s = time_from_ros(msg.header.stamp)
-            self._tell(self._conveyor.on_empty_grasp(msg.box_id, text, ended_s, *self._now()))
-        spent_s = duration_from_ros(msg.cycle_time) + duration_from_ros(msg.wait_time)
+        report = report_from_ros(msg)
+        if report.code is ErrorCode.GRASP_FAILED:
+            text = f'the arm found no box: {report.message}'
+            news = self._conveyor.on_empty_grasp(report.box_id, text, report.stamp_s, *self._now())
+            self._tell(news)
+        spent_s = report.cycle_s + report.wait_s
         if spent_s > 0.0:
             self._tell(self._conveyor.on_robot_time(spent_s, *self._now()))
 
     def _on_bins(self, msg: BinStateArray) -> None:
+        check_length('bin_state', msg.bins, MOST_BINS)
         self._on_content('bin_state', msg.bins, time_from_ros(msg.header.stamp))
 
     def _on_bin_closed(self, msg: BinState) -> None:
         self._on_content('bin_closed', [msg], time_from_ros(msg.header.stamp))
 
     def _on_content(self, topic: str, bins: Iterable[BinState], content_stamp_s: float) -> None:
+        for content in bins:
+            check_length(f'bin {content.bin_id!r}', content.boxes, MOST_BOXES)
         box_ids = [placed.box.id for content in bins for placed in content.boxes]
         if '' in box_ids:
             self._complain(topic, 'a box in a bin has an empty id')
-        named = [box_id for box_id in box_ids if box_id]
+        named = [check_name('box_id', box_id) for box_id in box_ids if box_id]
         self._tell(self._conveyor.on_content(named, content_stamp_s, *self._now()), topic)
 
     def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
@@ -245,7 +255,8 @@ class ConveyorNode(Node):
         self, request: RemoveBox.Request, response: RemoveBox.Response
     ) -> RemoveBox.Response:
         return self._by_hand(
-            response, lambda: self._conveyor.remove_box(request.box_id, *self._now())
+            response,
+            lambda: self._conveyor.remove_box(check_name('box_id', request.box_id), *self._now()),
         )
 
     def _by_hand(self, response: Any, do: Callable[[], ConveyorNews]) -> Any:  # noqa: ANN401 - either

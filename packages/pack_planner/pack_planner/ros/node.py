@@ -51,6 +51,7 @@ from pack_msgs.msg import (
 from pack_msgs.msg import BoxEvent as BoxEventMsg
 from pack_msgs.srv import SwapBin
 from pack_msgs_py.cell_values import Decision
+from pack_msgs_py.checks import check_length, check_name
 from pack_msgs_py.closing import ClosingReason
 from pack_msgs_py.codes import Mode
 from pack_msgs_py.orientation import at_pick
@@ -68,6 +69,7 @@ from pack_msgs_py.ros.conversions import (
     time_from_ros,
     time_to_ros,
 )
+from pack_msgs_py.ros.conversions.content import MOST_BINS
 from pack_msgs_py.ros.declare_parameters import declare_parameters
 from pack_msgs_py.ros.run_node import run_node
 from pack_msgs_py.values import Bin, frame_name
@@ -190,6 +192,7 @@ class PlannerNode(Node):
 
     def _on_bins(self, msg: BinStateArray) -> None:
         """Convert only bins that changed: a full bin is the largest message of the cell."""
+        check_length('bin_state', msg.bins, MOST_BINS)
         changed = [state for state in msg.bins if not self._is_known(state)]
         known = [state for state in msg.bins if self._is_known(state)]
         array = BinStateArray(header=msg.header, revision=msg.revision, bins=changed)
@@ -209,7 +212,11 @@ class PlannerNode(Node):
 
     def _on_heartbeat(self, msg: ExecutorState) -> None:
         self.coordinator.on_heartbeat(
-            Heartbeat(Mode(msg.mode), msg.active_box_id, time_from_ros(msg.header.stamp))
+            Heartbeat(
+                Mode(msg.mode),
+                check_name('active_box_id', msg.active_box_id),
+                time_from_ros(msg.header.stamp),
+            )
         )
 
     def _tick(self) -> None:

@@ -9,12 +9,15 @@ from builtin_interfaces.msg import Time as TimeMsg
 from geometry_msgs.msg import Pose as PoseMsg
 from geometry_msgs.msg import Vector3
 
-from pack_msgs_py.checks import check_pose, check_vec3
+from pack_msgs_py.checks import REACH_M, check_pose, check_range, check_seconds, check_vec3
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Vec3
 
-#: Whole seconds of builtin_interfaces/Duration are an int32.
+#: Whole seconds of builtin_interfaces/Duration and Time are an int32.
 _LONGEST_S = 2.0**31 - 1
+_LAST_SECOND, _LAST_NANOSECOND = 2**31 - 1, 999_999_999
+#: A difference of two times that should be zero may be so little below it.
+_ROUNDING_S = 1e-3
 
 
 def time_to_ros(seconds: float) -> TimeMsg:
@@ -24,8 +27,10 @@ def time_to_ros(seconds: float) -> TimeMsg:
     return TimeMsg(sec=whole, nanosec=nanoseconds)
 
 
-def time_from_ros(msg: TimeMsg) -> float:
-    """builtin_interfaces/Time as seconds since the epoch."""
+def time_from_ros(msg: TimeMsg, name: str = 'stamp') -> float:
+    """builtin_interfaces/Time as seconds since the epoch; refuses what is before it."""
+    check_range(f'{name}.sec', msg.sec, 0, _LAST_SECOND)
+    check_range(f'{name}.nanosec', msg.nanosec, 0, _LAST_NANOSECOND)
     return float(msg.sec) + 1e-9 * float(msg.nanosec)
 
 
@@ -35,9 +40,10 @@ def duration_to_ros(seconds: float) -> DurationMsg:
     return DurationMsg(sec=total // 1_000_000_000, nanosec=total % 1_000_000_000)
 
 
-def duration_from_ros(msg: DurationMsg) -> float:
-    """builtin_interfaces/Duration as seconds."""
-    return float((msg.sec * 1_000_000_000 + msg.nanosec) / 1e9)
+def duration_from_ros(msg: DurationMsg, name: str = 'duration', low: float = -_ROUNDING_S) -> float:
+    """builtin_interfaces/Duration as seconds, from ``low`` on; refuses what nothing takes."""
+    check_range(f'{name}.nanosec', msg.nanosec, 0, _LAST_NANOSECOND)
+    return check_seconds(name, float((msg.sec * 1_000_000_000 + msg.nanosec) / 1e9), low=low)
 
 
 def vector_to_ros(value: Vec3, scale: float = 1.0) -> Vector3:
@@ -46,8 +52,8 @@ def vector_to_ros(value: Vec3, scale: float = 1.0) -> Vector3:
 
 
 def vector_from_ros(name: str, msg: Vector3, scale: float = 1.0) -> Vec3:
-    """geometry_msgs/Vector3 times ``scale``; refuses values that are not finite."""
-    x, y, z = check_vec3(name, (msg.x, msg.y, msg.z))
+    """geometry_msgs/Vector3 times ``scale``; refuses what is not finite, or beyond all reach."""
+    x, y, z = check_vec3(name, (msg.x, msg.y, msg.z), REACH_M)
     return (x * scale, y * scale, z * scale)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
-from pack_msgs_py.checks import InvalidValue
+from pack_msgs_py.checks import InvalidValue, check_count, check_name, check_seconds
 from pack_msgs_py.closing import Cause, ClosingReason
 from pack_msgs_py.codes import ErrorCode
 
@@ -32,22 +32,27 @@ def closing_from_ros(msg: DiagnosticStatus) -> ClosingReason:
     if not msg.name:
         text = 'a reason for closing names no bin'
         raise InvalidValue(text)
+    check_name('name', msg.name)
     values = {pair.key: pair.value for pair in msg.values}
+
+    def count(key: str) -> int:
+        return check_count(key, int(values.get(key, '0')))
+
     try:
         return ClosingReason(
             msg.name,
             {
-                Cause(key.removeprefix(_BOXES)): int(value)
-                for key, value in values.items()
+                Cause(key.removeprefix(_BOXES)): count(key)
+                for key in values
                 if key.startswith(_BOXES)
             },
-            int(values.get(_ASKED, '0')),
+            count(_ASKED),
             {
-                ErrorCode[key.removeprefix(_REFUSED)]: int(value)
-                for key, value in values.items()
+                ErrorCode[key.removeprefix(_REFUSED)]: count(key)
+                for key in values
                 if key.startswith(_REFUSED)
             },
-            float(values.get(_DEADLINE, '0')),
+            check_seconds(_DEADLINE, float(values.get(_DEADLINE, '0'))),
         )
     except (ValueError, KeyError) as error:
         text = f'the reason for closing {msg.name!r} has a count that is none: {error}'

@@ -16,9 +16,13 @@ from pack_msgs.msg import PlacedBox as PlacedBoxMsg
 from pack_msgs_py.cell_values import BinSnapshot
 from pack_msgs_py.checks import (
     InvalidValue,
+    check_count,
     check_finite,
+    check_length,
+    check_name,
     check_orientation,
     check_whole_mm,
+    clean_text,
 )
 from pack_msgs_py.codes import BinStatus
 from pack_msgs_py.geometry.pose import Pose
@@ -31,7 +35,19 @@ from pack_msgs_py.ros.conversions.basic import (
     vector_from_ros,
     vector_to_ros,
 )
-from pack_msgs_py.values import Bin, Box, PlacedBox, bin_called, check_box, frame_name
+from pack_msgs_py.values import (
+    Bin,
+    Box,
+    Int3,
+    PlacedBox,
+    bin_called,
+    check_box,
+    frame_name,
+    shortened,
+)
+
+#: More than any bin, and any cell, holds.
+MOST_BOXES, MOST_BINS = 10_000, 100
 
 #: More than this is no description of a box any more: number of attributes.
 MAX_ATTRIBUTES = 64
@@ -47,7 +63,7 @@ def attributes_from_ros(name: str, msgs: Sequence[KeyValue]) -> tuple[tuple[str,
     if len(msgs) > MAX_ATTRIBUTES:
         text = f'{name}: there are {len(msgs)} of them; at most {MAX_ATTRIBUTES} are taken'
         raise InvalidValue(text)
-    pairs = tuple((item.key, item.value) for item in msgs)
+    pairs = tuple((check_name(f'{name} key', item.key), clean_text(item.value)) for item in msgs)
     keys = [key for key, _ in pairs]
     if '' in keys or len(set(keys)) != len(keys):
         text = f'{name}: the keys {keys} must not be empty, and each be there once'
@@ -73,17 +89,18 @@ def box_to_ros(box: Box) -> BoxMsg:
 def box_from_ros(msg: BoxMsg) -> Box:
     """pack_msgs/Box as a checked value."""
     load = check_finite('max_top_load', msg.max_top_load)
+    name = f'box {shortened(msg.id)}'
     return check_box(
         Box(
             id=msg.id,
-            size_mm=tidy(vector_from_ros(f'box {msg.id!r} size', msg.size, 1e3)),
-            weight_kg=check_finite(f'box {msg.id!r} mass', msg.mass),
+            size_mm=tidy(vector_from_ros(f'{name} size', msg.size, 1e3)),
+            weight_kg=check_finite(f'{name} mass', msg.mass),
             com_offset_mm=tidy(vector_from_ros('com_offset', msg.com_offset, 1e3)),
             allowed_up=msg.allowed_up,
             max_top_load_n=None if load < 0 else load,
-            destination=msg.destination,
+            destination=check_name('destination', msg.destination),
             size_stddev_mm=tidy(vector_from_ros('size_stddev', msg.size_stddev, 1e3)),
-            extra=attributes_from_ros(f'box {msg.id!r} attributes', msg.attributes),
+            extra=attributes_from_ros(f'{name} attributes', msg.attributes),
         )
     )
 
@@ -132,7 +149,10 @@ def bin_to_ros(bin_: Bin, poses: dict[str, Pose], stamp: TimeMsg, status: BinSta
 
 
 def bin_from_ros(msg: BinState) -> Bin:
-    """pack_msgs/BinState as a checked value."""
+    """pack_msgs/BinState as a checked value; refuses boxes that do not lie in the bin."""
+    for name in ('bin_id', 'bin_type', 'station', 'destination'):
+        check_name(name, getattr(msg, name))
+    check_length(f'bin {msg.bin_id!r}', msg.boxes, MOST_BOXES)
     size = check_whole_mm('bin size', (msg.size.x, msg.size.y, msg.size.z))
     if not msg.bin_id or min(size) <= 0:
         text = f'bin {msg.bin_id!r} of size {size} mm must have an id and positive sizes'
@@ -146,11 +166,24 @@ def bin_from_ros(msg: BinState) -> Bin:
         id=msg.bin_id,
         serial=msg.serial,
         spec=spec,
-        boxes=tuple(placed_box_from_ros(placed) for placed in msg.boxes),
+        boxes=tuple(_inside(placed_box_from_ros(placed), size) for placed in msg.boxes),
         station=msg.station,
-        revision=msg.revision,
+        revision=check_count('revision', msg.revision),
         destination=msg.destination,
     )
+
+
+def _inside(placed: PlacedBox, bin_size: Int3) -> PlacedBox:
+    """``placed`` if its plan lies within a bin of ``bin_size`` millimetres."""
+    corner, size = placed.corner_mm, placed.size_mm
+    ends = tuple(low + edge for low, edge in zip(corner, size, strict=True))
+    if min(corner) < 0 or min(size) <= 0 or any(map(int.__gt__, ends, bin_size)):
+        text = (
+            f'box {placed.box.id!r} is planned from {corner} to {ends} mm; '
+            f'it must lie in its bin of {bin_size} mm'
+        )
+        raise InvalidValue(text)
+    return placed
 
 
 def bins_to_ros(
@@ -172,10 +205,12 @@ def bins_to_ros(
 
 def bins_from_ros(msg: BinStateArray) -> BinSnapshot:
     """pack_msgs/BinStateArray as a checked value; only bins that accept boxes."""
+    check_length('bin_state', msg.bins, MOST_BINS)
     bins = [bin_from_ros(state) for state in msg.bins if state.status == BinState.STATUS_OPEN]
     ids = [bin_.id for bin_ in bins]
     if len(set(ids)) != len(ids):
-        text = f'bin ids {ids} must differ'
+        text = f'bin ids {", ".join(ids)} must differ'
         raise InvalidValue(text)
     ordered = tuple(sorted(bins, key=lambda bin_: bin_.serial))
-    return BinSnapshot(msg.revision, time_from_ros(msg.header.stamp), ordered)
+    revision = check_count('revision', msg.revision)
+    return BinSnapshot(revision, time_from_ros(msg.header.stamp), ordered)

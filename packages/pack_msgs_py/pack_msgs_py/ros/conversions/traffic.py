@@ -20,10 +20,16 @@ from pack_msgs_py.cell_values import (
     ScannedBox,
 )
 from pack_msgs_py.checks import (
+    LONGEST_S,
+    REACH_M,
     InvalidValue,
-    check_finite,
+    check_count,
+    check_length,
+    check_name,
     check_orientation,
+    check_range,
     check_whole_mm,
+    clean_text,
 )
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, PlacementStatus, Reason
 from pack_msgs_py.geometry.pose import Pose
@@ -44,6 +50,11 @@ from pack_msgs_py.ros.conversions.content import (
     box_to_ros,
 )
 
+#: More than any look-ahead holds.
+MOST_SCANNED = 1000
+#: No objective of a packing algorithm is farther from zero.
+LARGEST_OBJECTIVE = 1e12
+
 
 def scanned_box_to_ros(item: ScannedBox) -> ScannedBoxMsg:
     """One scanned box as pack_msgs/ScannedBox."""
@@ -62,9 +73,9 @@ def scanned_box_from_ros(msg: ScannedBoxMsg) -> ScannedBox:
     return ScannedBox(
         box=box_from_ros(msg.box),
         pose=pose_from_ros('pose', msg.pose),
-        pick_open_s=time_from_ros(msg.pick_open) or None,
-        pick_close_s=time_from_ros(msg.pick_close) or None,
-        travel_time_s=duration_from_ros(msg.travel_time),
+        pick_open_s=time_from_ros(msg.pick_open, 'pick_open') or None,
+        pick_close_s=time_from_ros(msg.pick_close, 'pick_close') or None,
+        travel_time_s=duration_from_ros(msg.travel_time, 'travel_time'),
         laps=msg.laps,
     )
 
@@ -88,6 +99,7 @@ def scan_from_ros(msg: BoxScan) -> tuple[Scan, list[str]]:
 
     One bad box does not cost the others; a repeated id is kept once.
     """
+    check_length('box_scan', msg.boxes, MOST_SCANNED)
     boxes: list[ScannedBox] = []
     errors: list[str] = []
     seen: set[str] = set()
@@ -103,12 +115,12 @@ def scan_from_ros(msg: BoxScan) -> tuple[Scan, list[str]]:
         seen.add(scanned.box.id)
         boxes.append(scanned)
     scan = Scan(
-        sequence=msg.sequence,
+        sequence=check_count('sequence', msg.sequence),
         stamp_s=time_from_ros(msg.header.stamp),
         boxes=tuple(boxes),
-        frame_id=msg.header.frame_id,
+        frame_id=check_name('frame_id', msg.header.frame_id),
         belt_velocity=vector_from_ros('belt_velocity', msg.belt_velocity),
-        supplied=msg.supplied,
+        supplied=check_count('supplied', msg.supplied),
         remaining=msg.remaining,
     )
     return scan, errors
@@ -138,15 +150,15 @@ def placement_from_ros(msg: PlacementMsg) -> Decision:
     corner, size = msg.planned_corner, msg.planned_size
     return Decision(
         box=box_from_ros(msg.box),
-        bin_id=msg.bin_id,
+        bin_id=check_name('bin_id', msg.bin_id),
         bin_serial=msg.bin_serial,
-        bin_revision=msg.bin_revision,
+        bin_revision=check_count('bin_revision', msg.bin_revision),
         orientation=check_orientation(msg.orientation),
         corner_mm=check_whole_mm('planned_corner', (corner.x, corner.y, corner.z)),
         size_mm=check_whole_mm('planned_size', (size.x, size.y, size.z)),
         target=pose_from_ros('pose', msg.pose),
-        sequence=msg.sequence,
-        scan_sequence=msg.scan_sequence,
+        sequence=check_count('sequence', msg.sequence),
+        scan_sequence=check_count('scan_sequence', msg.scan_sequence),
         stamp_s=time_from_ros(msg.header.stamp),
     )
 
@@ -174,19 +186,23 @@ def decision_from_ros(msg: PlacementDecision) -> Decision:
     """pack_msgs/PlacementDecision as a checked value."""
     return replace(
         placement_from_ros(msg.placement),
-        objective=check_finite('objective', msg.objective),
-        algorithm=msg.algorithm,
-        profile=msg.profile,
+        objective=_objective('objective', msg.objective),
+        algorithm=check_name('algorithm', msg.algorithm),
+        profile=check_name('profile', msg.profile),
         status=PlacementStatus(msg.status),
-        planning_s=duration_from_ros(msg.planning_time),
-        trigger_stamp_s=time_from_ros(msg.trigger_stamp),
-        reason=msg.reason,
+        planning_s=duration_from_ros(msg.planning_time, 'planning_time'),
+        trigger_stamp_s=time_from_ros(msg.trigger_stamp, 'trigger_stamp'),
+        reason=clean_text(msg.reason),
         reject_reason=Reason(msg.reject_reason),
         candidates_checked=msg.candidates_checked,
-        check_s=duration_from_ros(msg.check_time),
-        first_objective=check_finite('first_objective', msg.first_objective),
+        check_s=duration_from_ros(msg.check_time, 'check_time'),
+        first_objective=_objective('first_objective', msg.first_objective),
         first_refusal=ErrorCode(msg.first_refusal),
     )
+
+
+def _objective(name: str, value: float) -> float:
+    return check_range(name, value, -LARGEST_OBJECTIVE, LARGEST_OBJECTIVE)
 
 
 def event_to_ros(event: BoxEvent) -> BoxEventMsg:
@@ -209,11 +225,11 @@ def event_from_ros(msg: BoxEventMsg) -> BoxEvent:
         text = 'box_event.box_id must not be empty'
         raise InvalidValue(text)
     return BoxEvent(
-        box_id=msg.box_id,
+        box_id=check_name('box_id', msg.box_id),
         event=BoxEventKind(msg.event),
         reason=Reason(msg.reason),
-        text=msg.text,
-        bin_id=msg.bin_id,
+        text=clean_text(msg.text),
+        bin_id=check_name('bin_id', msg.bin_id),
         bin_serial=msg.bin_serial,
         stamp_s=time_from_ros(msg.header.stamp),
     )
@@ -250,22 +266,22 @@ def report_to_ros(report: Report, frame_id: str = '') -> PlacementReport:
 def report_from_ros(msg: PlacementReport) -> Report:
     """pack_msgs/PlacementReport as a checked value."""
     return Report(
-        box_id=msg.box_id,
-        bin_id=msg.bin_id,
+        box_id=check_name('box_id', msg.box_id),
+        bin_id=check_name('bin_id', msg.bin_id),
         bin_serial=msg.bin_serial,
-        bin_revision=msg.bin_revision,
+        bin_revision=check_count('bin_revision', msg.bin_revision),
         code=ErrorCode(msg.error_code),
-        message=msg.error_msg,
+        message=clean_text(msg.error_msg),
         commanded=pose_from_ros('commanded', msg.commanded),
         measured=pose_from_ros('measured', msg.measured) if msg.measured_valid else None,
-        position_error_m=msg.position_error,
-        angle_error_rad=msg.angle_error,
-        others_moved_m=msg.others_moved,
-        planning_s=duration_from_ros(msg.planning_time),
-        wait_s=duration_from_ros(msg.wait_time),
-        motion_s=duration_from_ros(msg.motion_time),
-        cycle_s=duration_from_ros(msg.cycle_time),
-        slack_s=duration_from_ros(msg.slack),
+        position_error_m=check_range('position_error', msg.position_error, 0.0, REACH_M, 'm'),
+        angle_error_rad=check_range('angle_error', msg.angle_error, 0.0, 7.0, 'rad'),
+        others_moved_m=check_range('others_moved', msg.others_moved, 0.0, REACH_M, 'm'),
+        planning_s=duration_from_ros(msg.planning_time, 'planning_time'),
+        wait_s=duration_from_ros(msg.wait_time, 'wait_time'),
+        motion_s=duration_from_ros(msg.motion_time, 'motion_time'),
+        cycle_s=duration_from_ros(msg.cycle_time, 'cycle_time'),
+        slack_s=duration_from_ros(msg.slack, 'slack', low=-LONGEST_S),
         attributes=attributes_from_ros('report attributes', msg.attributes),
         goal_id=bytes(msg.goal_id.uuid),
         stamp_s=time_from_ros(msg.header.stamp),
