@@ -91,8 +91,13 @@ def test_attributes_that_cannot_be_told_apart_are_refused(attributes, text):
 
 
 def test_a_duration_is_kept_within_what_its_message_holds():
-    assert conv.duration_from_ros(conv.duration_to_ros(-1.25)) == -1.25
-    assert conv.duration_from_ros(conv.duration_to_ros(math.inf)) == 2.0**31 - 1
+    assert conv.duration_from_ros(conv.duration_to_ros(-1.25), 'slack', low=-2.0) == -1.25
+    assert conv.duration_to_ros(math.inf).sec == 2**31 - 1
+
+
+def test_a_duration_below_zero_is_taken_only_where_there_can_be_one():
+    with pytest.raises(InvalidValue, match=r'cycle_time is -1.25 s; it must be'):
+        conv.duration_from_ros(conv.duration_to_ros(-1.25), 'cycle_time')
 
 
 def test_bins_survive_with_measured_poses():
