@@ -30,6 +30,7 @@ setup(
         'joblib',
         'MarkupSafe',
         'matplotlib',
+        'mcap',
         'numpy',
         'pack_msgs_py',
         'pack_planner',
@@ -50,6 +51,7 @@ setup(
         'console_scripts': [
             'cell = pack_cell.cli:main',
             'recorder = pack_cell.ros.recorder:main',
+            'topic_recorder = pack_cell.ros.topic_recorder:main',
         ]
     },
 )

@@ -10,7 +10,7 @@ from pack_cell.running.node_commands import NODES
 
 
 def nodes(context: LaunchContext) -> list[Node]:
-    """The three nodes, with the parameters that the arguments mean."""
+    """The three nodes, with the parameters that the arguments mean, and who records them."""
 
     def given(name: str) -> str:
         return LaunchConfiguration(name).perform(context)
@@ -19,15 +19,28 @@ def nodes(context: LaunchContext) -> list[Node]:
     # Launch itself passes over arguments that nobody declared.
     texts |= {name: given(name) for name in FORMER_NAMES if name in context.launch_configurations}
     parameters = launched_nodes(texts, given('state_dir'))
-    return [
+    recorder = {'file': given('record'), 'state_dir': given('state_dir')}
+    recorders = [
         Node(
-            package=package,
-            executable=executable,
+            package='pack_cell',
+            executable='topic_recorder',
             namespace=given('namespace'),
             output='screen',
-            parameters=[parameters[name]],
+            parameters=[recorder],
         )
-        for name, (package, executable) in NODES.items()
+    ]
+    return [
+        *(recorders if any(recorder.values()) else []),
+        *(
+            Node(
+                package=package,
+                executable=executable,
+                namespace=given('namespace'),
+                output='screen',
+                parameters=[parameters[name]],
+            )
+            for name, (package, executable) in NODES.items()
+        ),
     ]
 
 
@@ -39,6 +52,9 @@ def generate_launch_description() -> LaunchDescription:
             'state_dir',
             default_value='',
             description='folder of the journals; empty: state is lost with the node',
+        ),
+        DeclareLaunchArgument(
+            'record', default_value='', description='MCAP file for every topic; empty: none'
         ),
         *(
             DeclareLaunchArgument(

@@ -4,6 +4,7 @@ import os
 import signal
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -75,6 +76,30 @@ def test_stop_ends_nodes_with_sigint_first(tmp_path):
     supervisor.start()
     wait_for(lambda: is_up(node))
     assert supervisor.stop() == {'polite': 0}
+
+
+def test_an_attendant_that_dies_is_reported_and_not_started_again(tmp_path):
+    node = replace(spec(tmp_path, 'recorder', FAILING), attendant=True)
+    supervisor = Supervisor([node], {}, respawn=True)
+    supervisor.start()
+    [death] = wait_for(supervisor.poll)
+    assert (death.attendant, death.respawned) == (True, False)
+    assert supervisor.pids() == {}
+
+
+def test_an_attendant_sees_the_others_out(tmp_path):
+    told = tmp_path / 'ends'
+    program = POLITE.replace('sys.exit(0)', f'open({str(told)!r}, "a").write(NAME)')
+    program = program.replace('signal.pause()', f'signal.pause(); assert open({str(told)!r})')
+    nodes = [
+        replace(spec(tmp_path, name, f'NAME = {name!r}\n' + program), attendant=name == 'recorder')
+        for name in ('recorder', 'arm')
+    ]
+    supervisor = Supervisor(nodes, {})
+    supervisor.start()
+    wait_for(lambda: all(map(is_up, nodes)))
+    assert supervisor.stop() == {'arm': 0, 'recorder': 0}
+    assert told.read_text() == 'armrecorder'
 
 
 def test_nodes_do_not_outlive_a_supervisor_that_is_killed(tmp_path):

@@ -116,6 +116,7 @@ class TimedArm:
         self._contents: dict[str, dict[str, Pose]] = {}
         self._held: str | None = None
         self._last: _Predicted | None = None
+        self._moved_s = 0.0
 
     def set_bins(self, bins: Sequence[Bin], poses: Mapping[str, Pose]) -> dict[str, Pose]:
         """Every box stays where ``poses`` says."""
@@ -232,6 +233,7 @@ class TimedArm:
         while True:
             wall = time.monotonic() - started
             done = duration if self._speed == 0 else min(duration, wall * self._speed)
+            self._moved_s += done - spent.get(phase, 0.0)
             spent[phase] = done
             hooks.phase(phase, min(1.0, (before + done) / total))
             if stoppable and stop.is_set():
@@ -288,6 +290,10 @@ class TimedArm:
     def joint_positions(self) -> tuple[tuple[str, ...], tuple[float, ...]]:
         """It has no joints."""
         return (), ()
+
+    def robot_time(self) -> float:
+        """See :meth:`arm_executor.model.arm_interface.ClockedArm.robot_time`."""
+        return self._moved_s
 
     def close(self) -> None:
         """Nothing to give back."""

@@ -21,6 +21,7 @@ from arm_executor.goals.after_stop import clear_gripper
 from arm_executor.goals.belt_view import BeltClock, BeltView
 from arm_executor.goals.candidates import CandidateChecker, CandidateView, foresee
 from arm_executor.goals.early_goals import EarlyGoals
+from arm_executor.goals.motion_clock import MotionClock
 from arm_executor.goals.outputs import (
     BinClosed,
     BinsChanged,
@@ -37,7 +38,7 @@ from arm_executor.goals.place_goal import PlaceGoal
 from arm_executor.goals.placing import Placing, Tools
 from arm_executor.goals.plan_cache import PlanCache
 from arm_executor.goals.reports import refusal_report
-from arm_executor.model.arm_interface import Arm
+from arm_executor.model.arm_interface import Arm, ClockedArm
 from arm_executor.parameters import ExecutorSettings
 from pack_msgs_py.cell_values import Scan
 from pack_msgs_py.codes import ErrorCode, Mode
@@ -84,6 +85,7 @@ class ExecutorCore:
         self._in_world: tuple[int, ...] = ()
         self._placing: Placing | None = None
         self._early = EarlyGoals(self._belt, steady)
+        self._clock = MotionClock(settings.speed, steady)
         self._paused = False
         self._protective_stop = self._stop_wanted = ''
         self._fault = ''
@@ -136,6 +138,11 @@ class ExecutorCore:
         """Names and positions of the joints; empty when there are none."""
         tools = self._tools
         return ((), ()) if tools is None else tools.arm.joint_positions()
+
+    def robot_time(self) -> float:
+        """Robot seconds since the start; see :class:`MotionClock`."""
+        arm = None if self._tools is None else self._tools.arm
+        return self._clock.at(arm.robot_time() if isinstance(arm, ClockedArm) else None)
 
     def on_scan(self, scan: Scan) -> None:
         """The belt is now like this."""

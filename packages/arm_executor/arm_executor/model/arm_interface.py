@@ -210,6 +210,17 @@ class Arm(Protocol):
 
 
 @runtime_checkable
+class ClockedArm(Protocol):
+    """What an :class:`Arm` may have besides, when its seconds are not those on the wall."""
+
+    def robot_time(self) -> float:
+        """Robot seconds for which it had moved when :meth:`Arm.joint_positions` was true.
+
+        Safe from any thread.
+        """
+
+
+@runtime_checkable
 class PredictingArm(Protocol):
     """What an :class:`Arm` may have besides: it can tell quickly what planning would find.
 

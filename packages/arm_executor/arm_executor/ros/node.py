@@ -127,7 +127,14 @@ class ArmExecutor(Node):
             wall=self._now_s,
         )
         self._publish = Publishers(self)
-        self._views = Views(self, self._layout, spec, self._core.joints, kind.moves_robot)
+        self._views = Views(
+            self,
+            self._layout,
+            spec,
+            self._core.joints,
+            kind.moves_robot,
+            self._core.robot_time,
+        )
         self._wake = self.create_guard_condition(self._drain)
         self._make_interfaces()
         self._core.start()

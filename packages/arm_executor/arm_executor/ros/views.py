@@ -2,6 +2,7 @@
 
 - `joint_states` (sensor_msgs/JointState): 20 Hz while the arm moves, else once a second
 - `/tf` (tf2_msgs/TFMessage): the moving joints, together with `joint_states`
+- `robot_time` (rosgraph_msgs/Clock): robot time of each of these, from the start of the node on
 - `/tf_static`: fixed parts of the arm, `belt` (head of the belt) and the frames of the bins
 - `robot_description` (std_msgs/String): the URDF
 - `~/markers` (visualization_msgs/MarkerArray): bins, belt, boxes; on change, at most 5 Hz
@@ -27,6 +28,7 @@ from arm_executor.model.robot_data import find_robot
 from arm_executor.model.tree import ROOT, Joint, cell_joints
 from arm_executor.model.urdf import cell_urdf
 from arm_executor.ros.markers import Scene, markers
+from arm_executor.ros.robot_time import RobotTime
 from pack_msgs_py.cell_values import BoxEvent, Scan
 from pack_msgs_py.codes import BoxEventKind
 from pack_msgs_py.geometry.pose import Pose
@@ -50,6 +52,7 @@ class Views:
     spec : kind of every bin.
     joints : names and positions of the joints now; both empty for an arm without any.
     shows_robot : whether there is a robot to show.
+    robot_time : robot seconds since the start.
     """
 
     def __init__(
@@ -59,8 +62,10 @@ class Views:
         spec: BinSpec,
         joints: Callable[[], Joints],
         shows_robot: bool,
+        robot_time: Callable[[], float],
     ) -> None:
         self._node, self._layout, self._joints = node, layout, joints
+        self._time = RobotTime(node, robot_time)
         robot = find_robot(layout.robot)
         self._tree = cell_joints(robot, layout) if shows_robot else ()
         self._last: Joints = ((), ())
@@ -103,6 +108,7 @@ class Views:
 
     def _show_joints(self) -> None:
         now = self._joints()
+        self._time.tell()
         self._rested = 0 if now != self._last else self._rested + 1
         if not now[0] or self._rested % _AT_REST:
             return

@@ -424,6 +424,20 @@ class RunOptions:
         default_text='`runs/<time>`',
         launched=False,
     )
+    record: str = option(
+        'all',
+        'what is written down of what the nodes say to each other',
+        _OUTPUT,
+        read=OneOf(
+            lambda: {
+                'all': 'every topic into `run.mcap`, and the last 30 s before a fault',
+                'faults': 'these alone',
+                'nothing': 'no recorder runs',
+            }
+        ),
+        see='recording.md',
+        launched=False,
+    )
     quiet: bool = option('', 'no progress, only the summary', _OUTPUT, flag=True, launched=False)
 
 

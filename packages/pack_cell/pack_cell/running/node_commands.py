@@ -9,9 +9,11 @@ import yaml
 
 from pack_cell.options.run_options import RunOptions
 from pack_cell.ros.executables import executable
-from pack_cell.running.node_parameters import node_parameters
+from pack_cell.running.node_parameters import node_parameters, recorder_parameters
 from pack_cell.running.supervisor import NodeSpec
 
+#: Name of the node that records.
+RECORDER = 'topic_recorder'
 #: Node name to (package, executable).
 NODES = {
     'conveyor': ('conveyor_sim', 'conveyor'),
@@ -25,7 +27,9 @@ def write_parameters(folder: Path, options: RunOptions) -> dict[str, Path]:
     paths = {}
     target = folder / 'config'
     target.mkdir(parents=True, exist_ok=True)
-    for name, values in node_parameters(folder, options).items():
+    recorder = recorder_parameters(folder, options.record)
+    every = node_parameters(folder, options) | ({RECORDER: recorder} if recorder else {})
+    for name, values in every.items():
         path = target / f'{name}.param.yaml'
         path.write_text(yaml.safe_dump({'/**': {'ros__parameters': values}}, sort_keys=False))
         paths[name] = path
@@ -44,4 +48,12 @@ def node_specs(folder: Path, parameters: dict[str, Path]) -> list[NodeSpec]:
             str(parameters[name]),
         ]
         specs.append(NodeSpec(name, command, folder / 'log' / f'{name}.log'))
+    if RECORDER in parameters:
+        command = [
+            sys.executable,
+            *('-m', 'pack_cell.ros.topic_recorder'),
+            *('--ros-args', '--params-file', str(parameters[RECORDER])),
+        ]
+        log = folder / 'log' / f'{RECORDER}.log'
+        specs.append(NodeSpec(RECORDER, command, log, attendant=True))
     return specs

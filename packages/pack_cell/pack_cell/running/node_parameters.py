@@ -16,6 +16,7 @@ from pack_cell.options.run_options import (
     RunOptions,
     open_stream,
 )
+from pack_cell.recording.reading import RUN_FILE
 from pack_msgs_py.orientation import TRAY_HEIGHT_MM
 from pack_msgs_py.profiles import adapted, find_profile
 from pack_msgs_py.values import STATIONS, Box
@@ -100,6 +101,14 @@ def node_parameters(folder: Path, options: RunOptions) -> dict[str, dict[str, An
             parameters[node][name] = value
     parameters['planner'].update(options.planner)
     return parameters
+
+
+def recorder_parameters(folder: Path, record: str) -> dict[str, Any]:
+    """Parameters of the node that records; empty where there is to be none."""
+    if record == 'nothing':
+        return {}
+    file = str(folder / RUN_FILE) if record == 'all' else ''
+    return {'file': file, 'state_dir': str(folder / 'state')}
 
 
 def served_at_start(options: RunOptions) -> str:

@@ -26,7 +26,7 @@ from pack_cell.report.summary import is_clean, summarize, write_run
 from pack_cell.report_page.command import report_trouble
 from pack_cell.running.display import RunDisplay
 from pack_cell.running.memory import MemoryWatch
-from pack_cell.running.node_commands import node_specs, write_parameters
+from pack_cell.running.node_commands import RECORDER, node_specs, write_parameters
 from pack_cell.running.ros_domain import DomainTaken, hold_domain, loopback_trouble
 from pack_cell.running.supervisor import Supervisor
 from pack_msgs_py.profiles import Profile
@@ -224,6 +224,10 @@ class RunWatch:
             name = signal.Signals(self.stop.signal).name
             return RunEnding(EXIT_OK, f'stopped by {name} before the stream ended')
         for death in self.supervisor.poll():
+            if death.attendant:
+                display.console.tell(f'       {death}; the cell goes on without it', 'yellow')
+                continue
+            self.supervisor.tell(RECORDER, signal.SIGUSR1)
             if not death.respawned:
                 return RunEnding(EXIT_NODE_DIED, str(death), death.tail())
             self._last_change = time.monotonic()
@@ -236,6 +240,7 @@ class RunWatch:
             if idle > (LAST_WORDS_S if reported else REPORT_PATIENCE_S):
                 return RunEnding(EXIT_OK)
         if idle > self.options.stall_timeout_s:
+            self.supervisor.tell(RECORDER, signal.SIGUSR2)
             return RunEnding(EXIT_STALLED, f'nothing has happened for {idle:.0f} s, {self._why()}')
         return None
 

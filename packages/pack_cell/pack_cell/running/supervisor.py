@@ -19,11 +19,15 @@ MAX_RESPAWNS = 10
 
 @dataclass(frozen=True)
 class NodeSpec:
-    """One node to run: its name, the command, and where its output goes."""
+    """One node to run: its name, the command, and where its output goes.
+
+    An ``attendant`` only looks on: it is not started again, and the cell goes on without it.
+    """
 
     name: str
     command: Sequence[str]
     log: Path
+    attendant: bool = False
 
 
 @dataclass
@@ -42,6 +46,7 @@ class NodeDeath:
     code: int
     log: Path
     respawned: bool
+    attendant: bool = False
 
     def __str__(self) -> str:
         if self.code < 0:
@@ -103,33 +108,56 @@ class Supervisor:
             if code is None:
                 continue
             running.log.close()
-            again = self.respawn and running.respawns < MAX_RESPAWNS
+            attendant = running.spec.attendant
+            again = self.respawn and running.respawns < MAX_RESPAWNS and not attendant
             if again:
                 fresh = self._spawn(running.spec)
                 fresh.respawns = running.respawns + 1
                 self._running[name] = fresh
             else:
                 del self._running[name]
-            deaths.append(NodeDeath(name, code, running.spec.log, again))
+            deaths.append(NodeDeath(name, code, running.spec.log, again, attendant))
         return deaths
 
+    def tell(self, name: str, sig: signal.Signals) -> None:
+        """Send a signal to a node; nothing when it does not run."""
+        running = self._running.get(name)
+        if running is not None and running.process.poll() is None:
+            running.process.send_signal(sig)
+
     def stop(self) -> dict[str, int]:
-        """End every node, politely first; return their exit codes by name."""
+        """End every node, politely first; return their exit codes by name.
+
+        Attendants end last: they see the others out.
+        """
         codes: dict[str, int] = {}
-        for sig in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
-            for running in self._running.values():
-                if running.process.poll() is None:
-                    running.process.send_signal(sig)
-            end = time.monotonic() + STOP_PATIENCE_S
-            for name, running in self._running.items():
-                try:
-                    left = max(0.0, end - time.monotonic())
-                    codes[name] = running.process.wait(timeout=left)
-                except subprocess.TimeoutExpired:
-                    continue
-            if len(codes) == len(self._running):
-                break
+        for attendant in (False, True):
+            group = {
+                name: running
+                for name, running in self._running.items()
+                if running.spec.attendant is attendant
+            }
+            codes |= _ended(group)
         for running in self._running.values():
             running.log.close()
         self._running.clear()
         return codes
+
+
+def _ended(group: Mapping[str, _RunningNode]) -> dict[str, int]:
+    """End some nodes; their exit codes by name."""
+    codes: dict[str, int] = {}
+    for sig in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
+        for running in group.values():
+            if running.process.poll() is None:
+                running.process.send_signal(sig)
+        end = time.monotonic() + STOP_PATIENCE_S
+        for name, running in group.items():
+            try:
+                left = max(0.0, end - time.monotonic())
+                codes[name] = running.process.wait(timeout=left)
+            except subprocess.TimeoutExpired:
+                continue
+        if len(codes) == len(group):
+            break
+    return codes

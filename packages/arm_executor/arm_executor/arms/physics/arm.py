@@ -155,6 +155,10 @@ class PhysicsArm:
         """See :meth:`arm_executor.model.arm_interface.Arm.joint_positions`."""
         return CELL_JOINT_NAMES, self.driver.positions
 
+    def robot_time(self) -> float:
+        """See :meth:`arm_executor.model.arm_interface.ClockedArm.robot_time`."""
+        return self.driver.measured_at_s
+
     def close(self) -> None:
         """See :meth:`arm_executor.model.arm_interface.Arm.close`."""
         self.world.close()

@@ -41,8 +41,8 @@ class ArmDriver:
     """Position control of the joints in one :class:`PhysicsWorld`.
 
     ``timing`` says how fast the arm may stop with what it holds. ``commanded`` (7,) is where the
-    joints are meant to be; ``positions`` is where they were measured last, safe to read from any
-    thread.
+    joints are meant to be; ``positions`` is where they were measured last, at ``measured_at_s`` of
+    the world's time; both are safe to read from any thread.
     """
 
     def __init__(
@@ -53,6 +53,7 @@ class ArmDriver:
         self._timing = timing
         self.commanded = start
         self.positions: tuple[float, ...] = tuple(start.tolist())
+        self.measured_at_s = 0.0
         self.tracking_error = 0.0
         world.put_arm(start)
 
@@ -134,11 +135,14 @@ class ArmDriver:
         """Let robot time pass with the arm where it is meant to be."""
         self._world.drive(self.commanded, np.zeros(7))
         self._world.step(max(1, round(seconds / STEP_S)))
-        self.positions = tuple(self._world.joint_state()[0].tolist())
+        self._note(self._world.joint_state()[0])
+
+    def _note(self, position: Array) -> None:
+        self.positions, self.measured_at_s = tuple(position.tolist()), self._world.elapsed_s
 
     def _look(self, timed: Trajectory, index: int, load: Load | None) -> None:
         position, _ = self._world.joint_state()
-        self.positions = tuple(position.tolist())
+        self._note(position)
         error = np.abs(position - timed.q[index])
         worst = int((error / _TRACKING).argmax())
         self.tracking_error = max(self.tracking_error, float(error[worst] / _TRACKING[worst]))
