@@ -16,7 +16,7 @@ from pack_cell.options.parsers import OneLineParser
 from pack_cell.options.run_options import RunOptions
 
 #: Options of `cell run` that are about the run as a whole, not about its nodes.
-OF_THE_RUN = {'--help', '--respawn', '--stall-timeout', '--out', '--quiet', '--planner'}
+OF_THE_RUN = {'--help', '--record', '--respawn', '--stall-timeout', '--out', '--quiet', '--planner'}
 
 
 def test_every_option_of_a_node_is_an_argument_of_the_same_name():
@@ -34,7 +34,7 @@ def test_defaults_are_those_of_the_run_in_real_time():
             assert arguments[named.argument].default == named.declaration.default
     defaults = {name: argument.default for name, argument in arguments.items()}
     nodes = launched_nodes(defaults, state_dir='/somewhere')
-    assert set(nodes) == {'conveyor', 'planner', 'arm_executor'}
+    assert set(nodes) == {'conveyor', 'planner', 'arm_executor', 'topic_recorder'}
     assert nodes['conveyor']['size_sigma'] == 2.0 and nodes['planner']['size_sigmas'] == 2.0
     assert nodes['conveyor']['speed'] == nodes['arm_executor']['speed'] == 1.0
     assert nodes['planner']['max_payload_kg'] > 0
@@ -151,9 +151,15 @@ def launched(launch_file, **given):
     return {node.named['executable']: node.named for node in function.named['function'](context)}
 
 
-def test_the_launch_file_starts_three_nodes_with_their_parameters(launch_file):
+def test_without_a_recording_and_a_folder_nobody_records(launch_file):
+    assert 'topic_recorder' not in launched(launch_file)
+    [given] = launched(launch_file, record='cell.mcap')['topic_recorder']['parameters']
+    assert given == {'file': 'cell.mcap', 'state_dir': ''}
+
+
+def test_the_launch_file_starts_the_nodes_with_their_parameters(launch_file):
     nodes = launched(launch_file, bin='EQ', namespace='north', state_dir='/somewhere')
-    assert set(nodes) == {'conveyor', 'planner', 'arm_executor'}
+    assert set(nodes) == {'conveyor', 'planner', 'arm_executor', 'topic_recorder'}
     assert {node['namespace'] for node in nodes.values()} == {'north'}
     [parameters] = nodes['arm_executor']['parameters']
     assert (parameters['bin_type'], parameters['state_dir']) == ('EQ', '/somewhere')

@@ -59,7 +59,7 @@ class McapFile:
     def end_chunk(self, now_ns: int) -> None:
         """Write out what is old enough by ``now_ns``, nanoseconds since the epoch."""
         if self._chunk_began_ns and now_ns - self._chunk_began_ns > self._chunk_ns:
-            self._writer.flush()
+            self._writer.flush()  # type: ignore[no-untyped-call]
             self._chunk_began_ns = 0
 
     def close(self) -> None:
@@ -67,7 +67,7 @@ class McapFile:
         self._writer.add_metadata(
             RECORD, bag_metadata(self._path.name, self._counts, *self._span_ns)
         )
-        self._writer.finish()
+        self._writer.finish()  # type: ignore[no-untyped-call]
         self._stream.close()
 
     def _channel(self, topic: RecordedTopic) -> int:
