@@ -34,7 +34,7 @@ def test_defaults_are_those_of_the_run_in_real_time():
             assert arguments[named.argument].default == named.declaration.default
     defaults = {name: argument.default for name, argument in arguments.items()}
     nodes = launched_nodes(defaults, state_dir='/somewhere')
-    assert set(nodes) == {'conveyor', 'planner', 'arm_executor', 'topic_recorder'}
+    assert set(nodes) == {'conveyor', 'planner', 'arm_executor'}
     assert nodes['conveyor']['size_sigma'] == 2.0 and nodes['planner']['size_sigmas'] == 2.0
     assert nodes['conveyor']['speed'] == nodes['arm_executor']['speed'] == 1.0
     assert nodes['planner']['max_payload_kg'] > 0
