@@ -23,8 +23,8 @@ def start_cell(tmp_path: Path, ros_domain: int) -> Iterator[Callable[..., CellPr
     """Start ``cell run`` with the given arguments."""
     cells: list[CellProcess] = []
 
-    def start(*arguments: str, domain: int = ros_domain) -> CellProcess:
-        cell = CellProcess(tmp_path / f'run{len(cells)}', *arguments, domain=domain)
+    def start(*arguments: str, domain: int = ros_domain, out: Path | None = None) -> CellProcess:
+        cell = CellProcess(out or tmp_path / f'run{len(cells)}', *arguments, domain=domain)
         cells.append(cell)
         return cell
 

@@ -29,6 +29,7 @@ PLACEHOLDERS = {'S': '2', 'K': '2', 'N': '1', 'RULE': 'largest', 'NAME': 'ur10e'
 FILES = {
     '--boxes': 'cartons',
     '--layout': '',
+    '--resume': 'run',
     '--tuned': '',
     '--algorithm': 'mpack_lite',
     '--algorithms': 'mpack_lite',

@@ -14,8 +14,9 @@ from pack_cell.options.declaration import add_options
 from pack_cell.options.parsers import OneLineParser
 from pack_cell.options.run_options import RunOptions, run_options
 from pack_cell.report_page.command import add_report, run_report
+from pack_cell.running.kept_run import kept_run
 from pack_cell.running.node_parameters import check_cell, tuned_note
-from pack_cell.running.run import EXIT_USAGE, run
+from pack_cell.running.run import EXIT_USAGE, resume, run
 from pack_cell.tune.options import add_tune
 from pack_cell.what_if.options import add_compare
 
@@ -77,8 +78,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if parsed.verb == 'boxes':
         return run_boxes(parsed)
     basis = DEMO if parsed.verb == 'demo' else {}
-    options = run_options(basis | vars(parsed))
     try:
+        if getattr(parsed, 'resume', None) is not None:
+            kept = kept_run(parsed.resume, vars(parsed))
+            check_cell(kept.used)
+            return resume(kept)
+        options = run_options(basis | vars(parsed))
         check_cell(options)
         if tuned_note(options):
             print(f'cell {given[0]}: note: {tuned_note(options)}', file=sys.stderr)

@@ -16,7 +16,10 @@ from pack_cell.options.parsers import OneLineParser
 from pack_cell.options.run_options import RunOptions
 
 #: Options of `cell run` that are about the run as a whole, not about its nodes.
-OF_THE_RUN = {'--help', '--record', '--respawn', '--stall-timeout', '--out', '--quiet', '--planner'}
+OF_THE_RUN = {
+    *('--help', '--record', '--respawn', '--resume', '--stall-timeout', '--out', '--quiet'),
+    '--planner',
+}
 
 
 def test_every_option_of_a_node_is_an_argument_of_the_same_name():

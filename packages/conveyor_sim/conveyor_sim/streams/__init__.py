@@ -2,7 +2,7 @@
 
 from conveyor_sim.streams.box_list import BoxList
 from conveyor_sim.streams.box_records import BoxFileError, Entry, RejectedRow, UnclearBoxFile
-from conveyor_sim.streams.by_name import SYNTAX, load_boxes, open_source, resolved
+from conveyor_sim.streams.by_name import SYNTAX, load_boxes, open_source, resolved, with_path
 from conveyor_sim.streams.files import BUILT_IN, read_boxes, read_entries
 from conveyor_sim.streams.own_format import as_text, write_boxes
 from conveyor_sim.streams.reading import Reading
@@ -27,5 +27,6 @@ __all__ = [
     'read_boxes',
     'read_entries',
     'resolved',
+    'with_path',
     'write_boxes',
 ]

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from conveyor_sim.streams import mpv, syn
@@ -78,17 +78,22 @@ def is_file(choice: str) -> bool:
 
 def resolved(choice: str) -> str:
     """``choice`` with the path in it made absolute, for a process that runs elsewhere."""
+    return with_path(choice, lambda path: path.expanduser().resolve())
+
+
+def with_path(choice: str, change: Callable[[Path], Path]) -> str:
+    """``choice`` with the path in it changed; one that needs no file stays as it is."""
     kind, colon, rest = choice.partition(':')
     if choice in ('', 'cartons') or (kind in ('syn', 'mpv') and (colon or kind == choice)):
         return choice
     if colon and kind == 'draw':
-        return f'draw:{resolved(rest)}'
+        return f'draw:{with_path(rest, change)}'
     if colon and kind == 'br':
         file, mark, after = rest.rpartition('#')
-        return f'br:{Path(file).expanduser().resolve()}{mark}{after}'
+        return f'br:{change(Path(file))}{mark}{after}'
     if colon and kind == 'run':
-        return f'run:{Path(rest).expanduser().resolve()}'
-    return str(Path(choice).expanduser().resolve())
+        return f'run:{change(Path(rest))}'
+    return str(change(Path(choice)))
 
 
 def load_boxes(

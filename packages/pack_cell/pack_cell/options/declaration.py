@@ -40,6 +40,7 @@ class Declaration:
     parameters : parameters of nodes that it becomes, as ``node.parameter``.
     as_parameter : turns the value into that of the parameters.
     in_summary : whether ``summary.json`` repeats the value, by the key of the field.
+    resumable : whether it may be another one when a run is gone on with.
     """
 
     default: str
@@ -59,6 +60,7 @@ class Declaration:
     parameters: tuple[str, ...] = ()
     as_parameter: Callable[[Any], Any] | None = None
     in_summary: bool = False
+    resumable: bool = False
 
     def default_value(self) -> Any:  # noqa: ANN401 - whatever the option reads
         """The value without the option, and without a profile."""

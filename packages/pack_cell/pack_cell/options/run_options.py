@@ -405,6 +405,7 @@ class RunOptions:
         _ACT,
         flag=True,
         launched=False,
+        resumable=True,
     )
     stall_timeout_s: float = option(
         '120',
@@ -414,6 +415,7 @@ class RunOptions:
         read=NumberRange(5, 3600, 's'),
         metavar='S',
         launched=False,
+        resumable=True,
     )
     out: Path | None = option(
         '',
@@ -437,8 +439,22 @@ class RunOptions:
         ),
         see='recording.md',
         launched=False,
+        resumable=True,
     )
-    quiet: bool = option('', 'no progress, only the summary', _OUTPUT, flag=True, launched=False)
+    resume: Path | None = option(
+        '',
+        'go on with the run in this folder, after a power cut or Ctrl-C: same boxes, bins, options '
+        'and numbers; a summary of the whole run',
+        _OUTPUT,
+        read=optional_path,
+        metavar='DIR',
+        default_text='a new run',
+        see='reliability.md#go-on-after-a-power-cut',
+        launched=False,
+    )
+    quiet: bool = option(
+        '', 'no progress, only the summary', _OUTPUT, flag=True, launched=False, resumable=True
+    )
 
 
 def open_stream(options: RunOptions) -> Stream:

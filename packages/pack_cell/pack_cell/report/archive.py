@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pack_cell.files import naming
 from pack_msgs_py.closing import ClosingReason
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.rules import Rule, Violation
@@ -58,7 +59,8 @@ class Archive:
         self.where: dict[str, str] = {}
         self.bins: list[BinFigures] = []
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text('')
+        with naming(path):
+            path.write_text('')
 
     @property
     def in_bins(self) -> int:
@@ -67,7 +69,7 @@ class Archive:
 
     def write(self, rows: Iterable[dict[str, Any]]) -> None:
         """Append rows to the file."""
-        with self.path.open('a') as file:
+        with naming(self.path), self.path.open('a') as file:
             file.writelines(json.dumps(row) + '\n' for row in rows)
 
     def add_bin(self, closed: Bin, true: Bin, reason: ClosingReason | None) -> None:

@@ -12,6 +12,7 @@ from pack_cell.report.accounts import BoxAccounts, disagreements
 from pack_cell.report.archive import BinFigures
 from pack_cell.report.offline_packing import OfflineBins
 from pack_cell.report.record import RunRecord
+from pack_cell.report.run_log import RunSession
 from pack_msgs_py.metrics import fill_metrics_of
 from pack_msgs_py.profiles import Profile, adapted, find_profile
 from pack_msgs_py.rules import Violation
@@ -40,8 +41,11 @@ class EndedRun:
     record : what the topics showed.
     options : what was asked for.
     command : words of the command line.
-    wall_time_s : from the start of the command to the end of the nodes, seconds.
+    wall_time_s : from the start of the command to the end of the nodes, seconds; the sum where
+        the run was gone on with.
     first_decision_s : from the start of the command to the first decision, seconds, if any.
+    sessions : the start of the run, and each time that it was gone on with; none where that is not
+        known.
     problems_seen : what went wrong while it ran, a line each.
     books : what the conveyor wrote down; ``None`` when there is nothing that can be read.
     memory_mb : of each process, by name.
@@ -57,6 +61,7 @@ class EndedRun:
     books: BoxAccounts | None = None
     memory_mb: Mapping[str, Any] = field(default_factory=dict)
     offline: OfflineBins | None = None
+    sessions: Sequence[RunSession] = ()
 
     @cached_property
     def _bins(self) -> tuple[list[BinFigures], list[BinFigures]]:
@@ -100,5 +105,7 @@ class EndedRun:
 
     @property
     def working_s(self) -> float:
-        """Wall seconds since the first decision."""
+        """Wall seconds since the first decision of each session."""
+        if self.sessions:
+            return sum(session.working_s for session in self.sessions)
         return self.wall_time_s - (self.first_decision_s or 0.0)

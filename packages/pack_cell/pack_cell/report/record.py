@@ -59,19 +59,24 @@ class RunRecord:
     _decision_keys: dict[tuple[str, int, float], None] = field(default_factory=dict)
     _last: Counter[BoxEventKind] = field(default_factory=Counter)
 
-    def on_scan(self, scan: Scan) -> None:
-        """Remember the newest scan and every box it shows."""
+    def on_scan(self, scan: Scan) -> set[str]:
+        """Remember the newest scan and every box it shows; returns those not known like this."""
         self.scan = scan
-        for item in scan.boxes:
-            if not self._archived(item.box.id):
-                # The newest: a box may be scanned again.
-                self.boxes[item.box.id] = item.box
+        # The newest: a box may be scanned again.
+        return self._note_boxes(self.boxes, scan)
 
-    def on_truth(self, scan: Scan) -> None:
-        """Remember what the boxes really are."""
-        for item in scan.boxes:
-            if not self._archived(item.box.id):
-                self.true_boxes[item.box.id] = item.box
+    def on_truth(self, scan: Scan) -> set[str]:
+        """Remember what the boxes really are; returns those not known like this."""
+        return self._note_boxes(self.true_boxes, scan)
+
+    def _note_boxes(self, known: dict[str, Box], scan: Scan) -> set[str]:
+        fresh = {
+            item.box.id: item.box
+            for item in scan.boxes
+            if known.get(item.box.id) != item.box and not self._archived(item.box.id)
+        }
+        known.update(fresh)
+        return set(fresh)
 
     def on_decision(self, decision: Decision) -> bool:
         """Remember a decision; ``False`` when it was already known."""
@@ -115,15 +120,17 @@ class RunRecord:
             standing.id: standing for standing in snapshot.bins if standing.id not in self.closed
         }
 
-    def on_closed(self, closed: Bin) -> None:
-        """Remember the content of a bin that was taken away."""
+    def on_closed(self, closed: Bin) -> bool:
+        """Remember the content of a bin that was taken away; ``False`` when it was known."""
         archived = [] if self.archive is None else self.archive.bins
+        known = closed.id in self.closed
         if any(figures.serial == closed.serial for figures in archived):
-            return
+            return False
         self.closed[closed.id] = closed
         self.bins.pop(closed.id, None)
         for old in list(self.closed.values())[:-KEPT_BINS]:
             self._retire(old)
+        return not known
 
     def on_closing(self, reason: ClosingReason) -> None:
         """Remember why a bin is about to be closed; the last reason of a bin counts."""

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from pack_cell.files import naming
 from pack_cell.options.declaration import NamedOption, declared_options
 from pack_cell.options.run_options import RunOptions
 from pack_cell.report.ended_run import EndedRun
@@ -59,6 +60,7 @@ def placement_rows(record: RunRecord) -> list[dict[str, Any]]:
 def write_run(folder: Path, summary: Summary, record: RunRecord) -> None:
     """Write ``summary.json`` into ``folder``, and the rows that ``placements.jsonl`` lacks."""
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / 'summary.json').write_text(json.dumps(summary, indent=2) + '\n')
+    with naming(folder / 'summary.json'):
+        (folder / 'summary.json').write_text(json.dumps(summary, indent=2) + '\n')
     if record.archive is not None:
         record.archive.write(placement_rows(record))

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import platform
 from dataclasses import asdict
+from datetime import datetime
 from importlib import metadata
+from typing import Any
 
 from pack_cell.report.accounts import account_text, accounts, waits, waits_text
 from pack_cell.report.arm_answers import asked_text
@@ -82,6 +84,17 @@ def _p95_pose_error_mm(run: EndedRun) -> float | None:
 def _pose_error_text(summary: Summary) -> str:
     error_mm = summary['max_pose_error_mm']
     return 'none' if error_mm is None else f'{error_mm:.2f} mm'
+
+
+def _resumed(run: EndedRun) -> dict[str, Any]:
+    began = [datetime.fromtimestamp(session.began_s) for session in run.sessions[1:]]
+    return {'times': len(began), 'at': [when.isoformat('T', 'seconds') for when in began]}
+
+
+def _resumed_text(summary: Summary) -> str:
+    """How often and when; empty for a run in one go."""
+    resumed = summary['resumed']
+    return f'{resumed["times"]} times, last at {resumed["at"][-1]}' if resumed['times'] else ''
 
 
 def _problems(run: EndedRun) -> list[str]:
@@ -310,6 +323,14 @@ FIGURES: tuple[SummaryFigure, ...] = (
         lambda run: run.wall_time_s,
         'wall time',
         lambda summary: f'{summary["wall_time_s"]:.1f} s',
+    ),
+    SummaryFigure(
+        'resumed',
+        'how often the run was gone on with after a cut, and when; times and counts are of the '
+        'whole run, but for boxes whose report a cut has swallowed',
+        _resumed,
+        'resumed',
+        _resumed_text,
     ),
     SummaryFigure('bin', 'kind of every bin', lambda run: run.options.bin_spec.name),
     SummaryFigure('boxes', 'which boxes', lambda run: run.options.boxes or 'cartons'),

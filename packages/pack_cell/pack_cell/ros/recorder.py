@@ -8,7 +8,7 @@ Subscribes
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from copy import copy
 from typing import Any
 
@@ -17,9 +17,11 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.serialization import deserialize_message, serialize_message
 from rclpy.signals import SignalHandlerOptions
 
 from pack_cell.report.record import RunRecord
+from pack_cell.report.run_log import RunLog
 from pack_msgs.msg import (
     BinState,
     BinStateArray,
@@ -39,18 +41,23 @@ Listener = Callable[[str, Any], None]
 
 
 class Recorder(Node):
-    """Turns messages into values and hands them to a record."""
+    """Turns messages into values and hands them to a record.
+
+    ``log`` keeps those that changed it; what it holds of earlier sessions is recorded first.
+    """
 
     def __init__(
         self,
         record: RunRecord | None = None,
         listener: Listener | None = None,
         context: Context | None = None,
+        log: RunLog | None = None,
     ) -> None:
         super().__init__('recorder', context=context)
         self.record = record or RunRecord()
         self.problems: list[str] = []
-        self._listener = listener or (lambda kind, value: None)
+        self._listener: Listener = lambda kind, value: None
+        self._log: RunLog | None = None
         topics: dict[str, tuple[type, Callable[[Any], None]]] = {
             'box_scan': (BoxScan, self._on_scan),
             qos.TRUE_BOXES: (BoxScan, self._on_truth),
@@ -61,6 +68,11 @@ class Recorder(Node):
             'bin_closed': (BinState, self._on_closed),
             'bin_closing': (DiagnosticStatus, self._on_closing),
         }
+        for topic, content in log.messages() if log is not None else ():
+            kind, callback = topics[topic]
+            callback(deserialize_message(content, kind))
+        self.record.scan = None  # what the belt was then
+        self._log, self._listener = log, listener or self._listener
         for topic, (kind, callback) in topics.items():
             profile = copy(qos.TOPICS[topic])
             if profile.depth > 1:
@@ -81,30 +93,44 @@ class Recorder(Node):
 
         return guarded
 
+    def _keep(self, topic: str, msg: Any) -> None:  # noqa: ANN401 - any message type
+        """Write down a message that has told something new."""
+        if self._log is not None:
+            self._log.add(topic, serialize_message(msg))
+
     def _on_scan(self, msg: BoxScan) -> None:
         scan, errors = conversions.scan_from_ros(msg)
         for text in errors:
             if text not in self.problems:
                 self.problems.append(text)
-        self.record.on_scan(scan)
+        self._keep_boxes('box_scan', msg, self.record.on_scan(scan))
 
     def _on_truth(self, msg: BoxScan) -> None:
         scan, _ = conversions.scan_from_ros(msg)
-        self.record.on_truth(scan)
+        self._keep_boxes(qos.TRUE_BOXES, msg, self.record.on_truth(scan))
+
+    def _keep_boxes(self, topic: str, msg: BoxScan, box_ids: Collection[str]) -> None:
+        """Of a scan, only the boxes that were not known so."""
+        if box_ids and self._log is not None:
+            boxes = [item for item in msg.boxes if item.box.id in box_ids]
+            self._keep(topic, BoxScan(header=msg.header, boxes=boxes))
 
     def _on_decision(self, msg: PlacementDecision) -> None:
         decision = conversions.decision_from_ros(msg)
         if self.record.on_decision(decision):
+            self._keep('placements', msg)
             self._listener('decision', decision)
 
     def _on_report(self, msg: PlacementReport) -> None:
         report = conversions.report_from_ros(msg)
         if self.record.on_report(report):
+            self._keep('placement_report', msg)
             self._listener('report', report)
 
     def _on_event(self, msg: BoxEvent) -> None:
         event = conversions.event_from_ros(msg)
         if self.record.on_event(event):
+            self._keep('box_event', msg)
             self._listener('event', event)
 
     def _on_bins(self, msg: BinStateArray) -> None:
@@ -112,23 +138,23 @@ class Recorder(Node):
 
     def _on_closed(self, msg: BinState) -> None:
         closed = conversions.bin_from_ros(msg)
-        known = closed.id in self.record.closed
-        self.record.on_closed(closed)
-        if not known:
+        if self.record.on_closed(closed):
+            self._keep('bin_closed', msg)
             self._listener('closed', closed)
 
     def _on_closing(self, msg: DiagnosticStatus) -> None:
         reason = conversions.closing_from_ros(msg)
         self.record.on_closing(reason)
+        self._keep('bin_closing', msg)
         self._listener('closing', reason)
 
 
 class SteppedRecorder:
     """A recorder that is spun by its owner, step by step; leaves signals to the owner."""
 
-    def __init__(self, record: RunRecord, listener: Listener) -> None:
+    def __init__(self, record: RunRecord, listener: Listener, log: RunLog | None = None) -> None:
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-        self._recorder = Recorder(record, listener)
+        self._recorder = Recorder(record, listener, log=log)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self._recorder)
 

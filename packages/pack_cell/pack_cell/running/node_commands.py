@@ -7,6 +7,7 @@ from pathlib import Path
 
 import yaml
 
+from pack_cell.files import naming
 from pack_cell.options.run_options import RunOptions
 from pack_cell.ros.executables import executable
 from pack_cell.running.node_parameters import node_parameters, recorder_parameters
@@ -31,7 +32,8 @@ def write_parameters(folder: Path, options: RunOptions) -> dict[str, Path]:
     every = node_parameters(folder, options) | ({RECORDER: recorder} if recorder else {})
     for name, values in every.items():
         path = target / f'{name}.param.yaml'
-        path.write_text(yaml.safe_dump({'/**': {'ros__parameters': values}}, sort_keys=False))
+        with naming(path):
+            path.write_text(yaml.safe_dump({'/**': {'ros__parameters': values}}, sort_keys=False))
         paths[name] = path
     return paths
 

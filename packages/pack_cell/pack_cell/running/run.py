@@ -15,19 +15,25 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING
 
+from arm_executor.bins.journal import JournalError
 from conveyor_sim.streams import BOXES_FILE, Stream, write_boxes
+from pack_cell.files import error_text, full_disk, naming
 from pack_cell.options.run_options import RunOptions, open_stream
 from pack_cell.report.accounts import read_books
 from pack_cell.report.archive import Archive
 from pack_cell.report.ended_run import EndedRun, execution_profile
 from pack_cell.report.offline_packing import offline_bins
 from pack_cell.report.record import RunRecord
+from pack_cell.report.run_log import RunLog, RunLogError, is_complete
 from pack_cell.report.summary import is_clean, summarize, write_run
 from pack_cell.report_page.command import report_trouble
+from pack_cell.running.books_of_bins import BooksOfBins, books_of_bins
 from pack_cell.running.display import RunDisplay
+from pack_cell.running.folder_lock import FolderLock, FolderTaken
+from pack_cell.running.kept_run import FILE_NAME, KeptRun, is_begun
 from pack_cell.running.memory import MemoryWatch
 from pack_cell.running.node_commands import RECORDER, node_specs, write_parameters
-from pack_cell.running.ros_domain import DomainTaken, hold_domain, loopback_trouble
+from pack_cell.running.ros_domain import DomainLock, DomainTaken, hold_domain, loopback_trouble
 from pack_cell.running.supervisor import Supervisor
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.values import Box
@@ -88,44 +94,98 @@ def run(options: RunOptions, command: Sequence[str]) -> int:
     """Run a whole cell as ``options`` say; return the exit code."""
     began = time.monotonic()
     folder = run_folder(options.out)
-    if (folder / 'state').exists():
-        print(
-            f'cell run: {folder} already holds a run; choose another --out, or remove it',
-            file=sys.stderr,
+    if is_begun(folder):
+        return _refused(
+            f'{folder} already holds a run: go on with it by --resume {folder}, '
+            'or choose another --out'
         )
-        return EXIT_USAGE
-    try:
-        lock = hold_domain()
-    except (DomainTaken, ValueError) as error:
-        print(f'cell run: {error}', file=sys.stderr)
-        return EXIT_USAGE
-    os.environ['ROS_DOMAIN_ID'] = str(lock.number)
-    # Opened once: its file may be gone at the end.
-    stream = open_stream(options)
     folder.mkdir(parents=True, exist_ok=True)
+    kept = KeptRun(folder, options, tuple(command))
+    return _run_in_domain(kept, began)
+
+
+def resume(kept: KeptRun) -> int:
+    """Go on with a run that was cut or stopped; return the exit code."""
+    began = time.monotonic()
+    if is_complete(kept.folder / 'state'):
+        print(f'the run in {kept.folder} is complete: see its summary.json and report.html')
+        return EXIT_OK
+    return _run_in_domain(kept, began, resumed=True)
+
+
+def _refused(why: str) -> int:
+    print(f'cell run: {why}', file=sys.stderr)
+    return EXIT_USAGE
+
+
+def _run_in_domain(kept: KeptRun, began: float, *, resumed: bool = False) -> int:
+    """Hold a ROS domain and the folder while the cell runs."""
+    try:
+        domain = hold_domain()
+    except (DomainTaken, ValueError) as error:
+        return _refused(str(error))
+    os.environ['ROS_DOMAIN_ID'] = str(domain.number)
+    lock: FolderLock | None = None
+    try:
+        if not resumed:
+            kept.write()
+        lock = FolderLock(kept.folder / 'state')
+        return _run(kept, began, domain)
+    except FolderTaken as error:
+        return _refused(str(error))
+    except (OSError, RunLogError, JournalError) as error:
+        why = '; '.join(filter(None, [error_text(error), full_disk(kept.folder)]))
+        print(f'cell run: {why}', file=sys.stderr)
+        print(f'cell run: {what_is_kept(kept.folder)}', file=sys.stderr)
+        return EXIT_PROBLEM
+    finally:
+        if lock is not None:
+            lock.release()
+        domain.release()
+
+
+def what_is_kept(folder: Path) -> str:
+    """What a run that cannot write leaves behind, and how to go on with it."""
+    if not (folder / 'config' / FILE_NAME).exists():
+        return f'nothing was begun; when that is mended, remove {folder} and begin again'
+    return (
+        f'what was done until then is kept in {folder / "state"}; when that is mended, go on by '
+        f'cell run --resume {folder}'
+    )
+
+
+def _run(kept: KeptRun, began: float, domain: DomainLock) -> int:
+    """Start the nodes, watch them, stop them, and write what came of it."""
+    options, folder, state = kept.used, kept.folder, kept.folder / 'state'
+    stream = open_stream(options)
     stop = StopRequest()
     supervisor = Supervisor(
         node_specs(folder, write_parameters(folder, options)),
-        {'ROS_DOMAIN_ID': str(lock.number), 'PYTHONUNBUFFERED': '1'},
+        {'ROS_DOMAIN_ID': str(domain.number), 'PYTHONUNBUFFERED': '1'},
         respawn=options.respawn,
     )
     rules = execution_profile(options)
     record = RunRecord(archive=Archive(folder / 'placements.jsonl', rules))
-    watch = RunWatch(options, supervisor, record, stop, began, folder)
+    log = RunLog(state, began)
+    watch = RunWatch(options, supervisor, record, stop, began, folder, log)
     with RunDisplay(record, quiet=options.quiet) as display:
-        if lock.number:
-            display.say(f'this cell runs in ROS domain {lock.number}: export ROS_DOMAIN_ID to join')
+        if domain.number:
+            display.say(
+                f'this cell runs in ROS domain {domain.number}: export ROS_DOMAIN_ID to join'
+            )
         for note in (*stream.notes, *unheeded(stream, rules)):
             display.console.tell(f'boxes: {note}', 'yellow')
+        # What the executor knows before it is started: all of it, where topics repeat the latest.
+        known = books_of_bins(state)
         supervisor.start()
         write_pids(folder, supervisor)
         try:
-            ending = watch.until_done(display)
+            ending = watch.until_done(display, known)
         finally:
             supervisor.stop()
             watch.close()
-            lock.release()
-    wall_time_s = time.monotonic() - began
+    log.ended()
+    sessions = log.sessions()
     fed, in_bins = min(record.supplied, len(stream)), record.ids_in_bins()
     entries = map(stream.__getitem__, range(fed))
     placed = (box for box in entries if isinstance(box, Box) and box.id in in_bins)
@@ -133,24 +193,31 @@ def run(options: RunOptions, command: Sequence[str]) -> int:
     summary = summarize(
         EndedRun(
             record,
-            options,
-            command,
-            wall_time_s=wall_time_s,
-            first_decision_s=watch.first_decision_s,
+            kept.asked,
+            kept.command,
+            wall_time_s=sum(session.wall_s for session in sessions),
+            first_decision_s=sessions[0].first_decision_s,
             problems_seen=problems,
-            books=read_books(folder / 'state'),
+            books=read_books(state),
             memory_mb=watch.memory.summary(),
             offline=offline_bins(placed, options.bin_spec, rules),
+            sessions=sessions,
         )
     )
     write_run(folder, summary, record)
-    write_boxes(folder / BOXES_FILE, map(stream.__getitem__, range(fed)))
+    with naming(folder / BOXES_FILE):
+        write_boxes(folder / BOXES_FILE, map(stream.__getitem__, range(fed)))
     trouble = report_trouble(folder)
+    if not ending.reason:
+        log.completed()
+    log.close()
     display.summary(summary, folder)
     if trouble:
         display.console.problem(f'cell run: {trouble}')
     for line in ending.details:
         display.console.problem(f'  | {line}')
+    if ending.reason:
+        display.console.tell(f'to go on with it: cell run --resume {folder}')
     if ending.code:
         display.console.problem(f'cell run: {ending.reason}')
         return ending.code
@@ -171,7 +238,8 @@ def unheeded(stream: Stream, rules: Profile) -> Iterator[str]:
 def write_pids(folder: Path, supervisor: Supervisor) -> None:
     """Write the process id of each node to ``pids.json``, for operators and tests."""
     fresh = folder / 'pids.json.new'
-    fresh.write_text(json.dumps(supervisor.pids()) + '\n')
+    with naming(fresh):
+        fresh.write_text(json.dumps(supervisor.pids()) + '\n')
     fresh.replace(folder / 'pids.json')
 
 
@@ -185,7 +253,7 @@ class RunWatch:
     stop: StopRequest
     began: float
     folder: Path
-    first_decision_s: float | None = None
+    log: RunLog
 
     def __post_init__(self) -> None:
         self.problems: list[str] = []
@@ -193,19 +261,26 @@ class RunWatch:
         self.memory = MemoryWatch()
         self._measured_s = -math.inf
         self._last_change = time.monotonic()
+        self._decided = False
 
-    def until_done(self, display: RunDisplay) -> RunEnding:
-        """Spin the recorder and mind the nodes; return how it ended."""
+    def until_done(self, display: RunDisplay, known: BooksOfBins) -> RunEnding:
+        """Spin the recorder and mind the nodes; return how it ended.
+
+        ``known`` is what the executor had written down before.
+        """
         # ROS takes half a second to load; the nodes load theirs meanwhile.
         from pack_cell.ros.recorder import SteppedRecorder
 
         def on_change(kind: str, value: object) -> None:
             self._last_change = time.monotonic()
-            if kind == 'decision' and self.first_decision_s is None:
-                self.first_decision_s = self._last_change - self.began
+            if kind == 'decision' and not self._decided:
+                self._decided = True
+                self.log.decided()
             display.on_change(kind, value)
 
-        self._recorder = recorder = SteppedRecorder(self.record, on_change)
+        self._recorder = recorder = SteppedRecorder(self.record, on_change, self.log)
+        known.tell(self.record)
+        self._last_change = time.monotonic()
         while True:
             recorder.listen(0.1)
             ending = self._ending(display)
@@ -229,7 +304,8 @@ class RunWatch:
                 continue
             self.supervisor.tell(RECORDER, signal.SIGUSR1)
             if not death.respawned:
-                return RunEnding(EXIT_NODE_DIED, str(death), death.tail())
+                reason = '; '.join(filter(None, [str(death), full_disk(self.folder)]))
+                return RunEnding(EXIT_NODE_DIED, reason, death.tail())
             self._last_change = time.monotonic()
             write_pids(self.folder, self.supervisor)
             display.say(f'       {death}; started again', 'red')
@@ -249,8 +325,8 @@ class RunWatch:
         if self.record.scan is None:
             trouble = loopback_trouble() or f'their logs are in {self.folder / "log"}'
             return f'and no node was heard at all: {trouble}'
-        left = self.record.supplied - self.record.settled
-        return f'{left} boxes have not come to an end'
+        left = f'{self.record.supplied - self.record.settled} boxes have not come to an end'
+        return '; '.join(filter(None, [left, full_disk(self.folder)]))
 
     def _measure(self) -> None:
         """Look at the memory of the nodes now and then."""
