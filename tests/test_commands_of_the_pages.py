@@ -20,7 +20,7 @@ PAGES = [
     *sorted(ROOT.glob('docs/**/*.md')),
     *sorted(ROOT.glob('packages/*/README.md')),
 ]
-VERBS = ('demo', 'run', 'report', 'compare', 'bench', 'tune', 'layout')
+VERBS = ('demo', 'run', 'report', 'compare', 'bench', 'tune', 'layout', 'journal')
 
 #: What stands for something of the reader's own, and what may stand there in a test.
 PLACEHOLDERS = {'S': '2', 'K': '2', 'N': '1', 'RULE': 'largest', 'NAME': 'ur10e'}

@@ -6,6 +6,7 @@ import json
 
 import pytest
 
+from conveyor_sim.ledger.ledger import Ledger
 from pack_cell.cli import main
 from pack_cell.options.option_texts import options_from, texts_of
 from pack_cell.options.run_options import open_stream, parse_run_options, run_options
@@ -131,6 +132,17 @@ def test_a_complete_run_is_not_gone_on_with(tmp_path, capsys):
     log.close()
     assert main(['run', '--resume', str(folder)]) == 0
     assert 'is complete' in capsys.readouterr().out
+
+
+def test_a_run_whose_books_were_changed_is_not_gone_on_with(tmp_path, capsys):
+    begun(tmp_path / 'run')
+    ledger = Ledger(tmp_path / 'run' / 'state', 'f', 'boxes')
+    ledger._db.execute("UPDATE meta SET value = 'g' WHERE key = 'stream'")
+    ledger.close()
+    assert main(['run', '--resume', str(tmp_path / 'run')]) == 2
+    error = capsys.readouterr().err
+    assert "conveyor.sqlite: meta 'stream' was changed: value is now 'g'" in error
+    assert 'not as they were written' in error
 
 
 def test_two_do_not_work_in_one_folder(tmp_path):

@@ -81,6 +81,23 @@ class JournalReader:
             "bin_serial = ? AND step IN ('releasing', 'placed', 'verified')", (serial,)
         )
 
+    def all_attempts(self) -> list[Attempt]:
+        """Every placement that was ever begun, in order."""
+        return self._attempts('1', ())
+
+    def steps(self) -> dict[int, list[tuple[str, float]]]:
+        """Of each placement, by its number, what it came to and when, seconds since the epoch."""
+        steps: dict[int, list[tuple[str, float]]] = {}
+        rows = self._db.execute('SELECT attempt, step, stamp_s FROM step ORDER BY rowid')
+        for attempt, step, stamp_s in rows:
+            steps.setdefault(attempt, []).append((step, stamp_s))
+        return steps
+
+    def bin_times(self) -> dict[int, tuple[float, float | None]]:
+        """When each bin, by its serial, was opened and closed, seconds since the epoch."""
+        rows = self._db.execute('SELECT serial, opened_s, closed_s FROM bin ORDER BY serial')
+        return {serial: (opened_s, closed_s) for serial, opened_s, closed_s in rows}
+
     def pending(self) -> list[Attempt]:
         """Placements that were under way when the journal was last written."""
         return self._attempts("step IN ('planned', 'picked', 'releasing', 'placed')", ())

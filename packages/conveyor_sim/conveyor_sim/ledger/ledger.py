@@ -18,10 +18,14 @@ from pathlib import Path
 from pack_msgs_py.box_codec import box_from_json, box_to_json
 from pack_msgs_py.checks import InvalidValue
 from pack_msgs_py.codes import Reason
+from pack_msgs_py.hash_chain import CHAIN_TABLE, HashChain
 from pack_msgs_py.values import Box
 
 FILE_NAME = 'conveyor.sqlite'
-_SCHEMA = '3'
+#: 3 had no hash chain.
+_SCHEMA, _WITHOUT_CHAIN = '4', '3'
+#: By which column a row of each table is found.
+CHAINED = {'meta': 'key', 'boxes': 'ordinal', 'inserted': 'ordinal'}
 #: Ordinals of boxes that were inserted by hand begin here, above those of any stream.
 INSERTED_FROM = 1_000_000_000
 
@@ -105,6 +109,7 @@ class Ledger:
             self._db = sqlite3.connect(
                 self.path, isolation_level=None, timeout=1.0, check_same_thread=False
             )
+            self._chain = HashChain(self._db, CHAINED)
             try:
                 self._open(fingerprint, description)
             except BaseException:
@@ -139,7 +144,9 @@ class Ledger:
         with self._explained(), self._transaction():
             marks = ', '.join('?' * 11)
             self._db.executemany(f'REPLACE INTO boxes VALUES ({marks})', rows)
-            self._db.executemany('REPLACE INTO meta VALUES (?, ?)', settings.items())
+            for record in rows:
+                self._chain.touch('boxes', record[0])
+            self._set_meta(settings)
 
     def insert(self, box: Box) -> int:
         """Remember a box that was inserted by hand; returns its ordinal."""
@@ -148,6 +155,7 @@ class Ledger:
             ordinal = INSERTED_FROM if row[0] is None else int(row[0]) + 1
             values = (ordinal, box_to_json(box))
             self._db.execute('INSERT INTO inserted VALUES (?, ?)', values)
+            self._chain.touch('inserted', ordinal)
         return ordinal
 
     def inserted(self) -> dict[int, Box]:
@@ -171,8 +179,13 @@ class Ledger:
 
     def set_setting(self, key: str, value: str) -> None:
         """Remember a value."""
-        with self._explained():
-            self._db.execute('REPLACE INTO meta VALUES (?, ?)', (key, value))
+        with self._explained(), self._transaction():
+            self._set_meta({key: value})
+
+    def _set_meta(self, values: Mapping[str, str]) -> None:
+        self._db.executemany('REPLACE INTO meta VALUES (?, ?)', values.items())
+        for key in values:
+            self._chain.touch('meta', key)
 
     def _open(self, fingerprint: str, description: str) -> None:
         # Held until close or death: two conveyors on one ledger would give out boxes twice.
@@ -185,8 +198,13 @@ class Ledger:
             known = dict(self._db.execute('SELECT key, value FROM meta').fetchall())
             if not known:
                 values = {'schema': _SCHEMA, 'stream': fingerprint, 'description': description}
-                self._db.executemany('INSERT INTO meta VALUES (?, ?)', values.items())
+                self._set_meta(values)
+                self._begin_chain()
                 return
+            if known.get('schema') == _WITHOUT_CHAIN:
+                known['schema'] = _SCHEMA
+                self._set_meta({'schema': _SCHEMA})
+                self._begin_chain()
         if known.get('schema') != _SCHEMA:
             msg = (
                 f'ledger {self.path} has format {known.get("schema")}, this conveyor reads '
@@ -201,12 +219,19 @@ class Ledger:
             )
             raise LedgerError(msg)
 
+    def _begin_chain(self) -> None:
+        """Take all rows that there are into a new chain."""
+        self._db.execute(CHAIN_TABLE)
+        self._chain.touch_all()
+
     @contextmanager
     def _transaction(self) -> Iterator[None]:
         self._db.execute('BEGIN IMMEDIATE')
         try:
             yield
+            self._chain.seal()
         except BaseException:
+            self._chain.forget()
             self._db.execute('ROLLBACK')
             raise
         self._db.execute('COMMIT')

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 from arm_executor.bins.journal import JournalError
 from conveyor_sim.streams import BOXES_FILE, Stream, write_boxes
 from pack_cell.files import error_text, full_disk, naming
+from pack_cell.journal.verify import book_errors
 from pack_cell.options.run_options import RunOptions, open_stream
 from pack_cell.report.accounts import read_books
 from pack_cell.report.archive import Archive
@@ -130,6 +131,13 @@ def _run_in_domain(kept: KeptRun, began: float, *, resumed: bool = False) -> int
         if not resumed:
             kept.write()
         lock = FolderLock(kept.folder / 'state')
+        wrong = book_errors(kept.folder / 'state', old_too=True) if resumed else []
+        if wrong:
+            print(*wrong, sep='\n', file=sys.stderr)
+            return _refused(
+                f'the books in {kept.folder / "state"} are not as they were written, see above: '
+                'bring them back from a copy; what is in the bins now is known to nobody else'
+            )
         return _run(kept, began, domain)
     except FolderTaken as error:
         return _refused(str(error))

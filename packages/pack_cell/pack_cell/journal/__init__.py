@@ -1,0 +1,1 @@
+"""``cell journal``: the books of a run, to read, check and export."""

@@ -1,0 +1,65 @@
+"""The books of a run in lines for people."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from datetime import datetime
+
+from pack_cell.journal.run_books import RunBooks
+
+
+def book_lines(books: RunBooks) -> Iterator[str]:
+    """Every bin with its boxes, then how many boxes are where by the belt's book."""
+    by_bin = {known.serial: known for known in books.bins}
+    for known in books.bins:
+        opened_s, closed_s = books.bin_times[known.serial]
+        end = 'open' if closed_s is None else f'closed {_when(closed_s)}'
+        serves = f', serves {known.destination}' if known.destination else ''
+        yield (
+            f'bin {known.id} at {known.station}{serves}: {len(known.boxes)} boxes, '
+            f'{known.fill_rate:.1%} full, {known.weight_kg:.1f} kg; '
+            f'opened {_when(opened_s)}, {end}'
+        )
+        for attempt in books.attempts:
+            if attempt.bin_serial == known.serial and attempt.step.in_bin:
+                x, y, z = attempt.placed.corner_mm
+                stamp_s = books.steps[attempt.id][-1][1]
+                yield (
+                    f'  {_when(stamp_s)}  {attempt.placed.box.id:<24.24} ({x:>4}, {y:>4}, {z:>4}) '
+                    f'mm {attempt.placed.orientation}  {attempt.step.value}'
+                )
+    under_way = [attempt for attempt in books.attempts if attempt.step.pending]
+    for attempt in under_way:
+        name = by_bin[attempt.bin_serial].id
+        yield f'under way: {attempt.placed.box.id} into {name}, {attempt.step.value}'
+    if books.fed is None:
+        yield 'belt: its book is in use while the cell runs'
+        return
+    places = Counter(fed.place for fed in books.fed)
+    counts = ', '.join(f'{number} {place}' for place, number in sorted(places.items()))
+    yield f'belt: {len(books.fed)} boxes fed: {counts or "none"}'
+    for fed in books.fed:
+        if fed.place in ('rejected', 'lost'):
+            yield f'  {fed.box_id} {fed.place}, {fed.reason.name.lower()}: {fed.text}'
+
+
+def box_lines(books: RunBooks, box_id: str) -> Iterator[str]:
+    """All that is written about one box; nothing when it is not known."""
+    for fed in books.fed or ():
+        if fed.box_id == box_id:
+            yield f'number {fed.ordinal + 1} of the stream, {fed.place}, {fed.laps} laps'
+    lines = []
+    for attempt in books.attempts:
+        if attempt.placed.box.id == box_id:
+            what = f'placement {attempt.id} into bin {attempt.bin_serial}'
+            lines += [(s, f'{what}: {step}') for step, s in books.steps.get(attempt.id, ())]
+    for event in books.events:
+        if event.box_id == box_id:
+            why = f' ({event.reason.name.lower()}: {event.text})' if event.text else ''
+            lines.append((event.stamp_s, f'told: {event.event.name}{why}'))
+    yield from (f'{_when(stamp_s)}  {text}' for stamp_s, text in sorted(lines))
+
+
+def _when(stamp_s: float) -> str:
+    return datetime.fromtimestamp(stamp_s).strftime('%Y-%m-%d %H:%M:%S')

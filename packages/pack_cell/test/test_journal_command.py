@@ -1,0 +1,150 @@
+"""`cell journal`: the books of a run shown, checked byte by byte, and exported."""
+
+from __future__ import annotations
+
+import csv
+import json
+import random
+import shutil
+import sqlite3
+
+import pytest
+
+from arm_executor.bins.book import BinBook
+from arm_executor.bins.journal import Journal
+from arm_executor.bins.records import configuration
+from conveyor_sim.ledger.ledger import BoxRecord, Ledger, Whereabouts
+from pack_cell.cli import main
+from pack_cell.journal.verify import book_errors
+from pack_msgs_py.cell_values import Decision
+from pack_msgs_py.codes import Reason
+from pack_msgs_py.geometry.pose import Pose
+from pack_msgs_py.profiles import find_profile
+from pack_msgs_py.values import Box, parse_bin
+
+EQ = parse_bin('EQ')
+#: An id that a spreadsheet would take for a formula.
+FORMULA = '=1+1'
+
+
+def box(name):
+    return Box(name, (300.0, 200.0, 150.0), 2.5)
+
+
+@pytest.fixture
+def run(tmp_path):
+    """The folder of a run with two boxes in a bin, one in the gripper and one rejected."""
+    state = tmp_path / 'run' / 'state'
+    journal = Journal(state, configuration(EQ, find_profile('cell')))
+    book = BinBook(journal, EQ, 1, lambda: 1.7e9)
+    book.recover()
+    book.settled({})
+    for number, name in enumerate(('a', FORMULA, 'c')):
+        corner = (310 * (number % 2), 210 * (number // 2), 0)
+        pose = Pose((0.15 + corner[0] / 1e3, 0.1 + corner[1] / 1e3, 0.075))
+        book.begin(
+            Decision(
+                box(name),
+                *('EQ-1', 1, book.state.bins[0].revision),
+                corner_mm=corner,
+                size_mm=(310, 210, 150),
+                orientation='xyz',
+                target=pose,
+            )
+        )
+        book.picked()
+        if number < 2:
+            book.releasing()
+            book.placed()
+            book.verified(pose, {})
+    journal.close()
+    ledger = Ledger(state, 'f', 'four boxes')
+    ledger.save(
+        [
+            BoxRecord(0, 'a', Whereabouts.PLACED, laps=2),
+            BoxRecord(1, FORMULA, Whereabouts.PLACED),
+            BoxRecord(2, 'c', Whereabouts.PICKED),
+            BoxRecord(3, 'd', Whereabouts.REJECTED, reason=Reason.OVERSIZE, text='too long'),
+        ],
+        {},
+    )
+    ledger.close()
+    return tmp_path / 'run'
+
+
+def test_show_lists_bins_boxes_and_the_belt(run, capsys):
+    assert main(['journal', 'show', str(run)]) == 0
+    shown = capsys.readouterr().out
+    for text in ('bin EQ-1 at A: 2 boxes', '( 310,    0,    0) mm xyz  verified',
+                 'under way: c into EQ-1, picked', 'belt: 4 boxes fed: 1 picked, 2 placed',
+                 'd rejected, oversize: too long'):  # fmt: skip
+        assert text in shown
+
+
+def test_show_tells_all_about_one_box(run, capsys):
+    assert main(['journal', 'show', str(run), '--box', 'a']) == 0
+    shown = capsys.readouterr().out
+    assert 'number 1 of the stream, placed, 2 laps' in shown
+    assert shown.index(': planned') < shown.index('PICKED') < shown.index(': verified')
+    assert main(['journal', 'show', str(run), '--box', 'x']) == 2
+    assert "nothing is written about box 'x'" in capsys.readouterr().err
+
+
+def test_export_writes_csv_and_json_that_hold_everything(run, capsys):
+    assert main(['journal', 'export', str(run)]) == 0
+    data = json.loads((run / 'journal' / 'journal.json').read_text())
+    assert [placement['step'] for placement in data['placements']] == 2 * ['verified'] + ['picked']
+    assert data['bins'][0]['boxes'] == 2
+    rows = list(csv.DictReader((run / 'journal' / 'placements.csv').open()))
+    assert [row['box_id'] for row in rows] == ['a', f"'{FORMULA}", 'c']
+    assert rows[1]['corner_mm'] == '310 0 0'
+    assert rows[0]['steps.verified'].startswith('2023-11-14T')
+    assert len(list(csv.DictReader((run / 'journal' / 'belt.csv').open()))) == 4
+
+
+def test_books_as_they_were_written_are_found_right(run, capsys):
+    assert main(['journal', 'verify', str(run)]) == 0
+    assert 'as they were written, and agree' in capsys.readouterr().out
+
+
+def test_a_folder_without_books_is_refused(tmp_path, capsys):
+    assert main(['journal', 'verify', str(tmp_path)]) == 2
+    assert 'holds no books of a run' in capsys.readouterr().err
+
+
+def test_boxes_that_the_books_do_not_agree_about_are_named(run, capsys):
+    ledger = Ledger(run / 'state', 'f', 'four boxes')
+    ledger.save([BoxRecord(3, 'd', Whereabouts.PLACED)], {})
+    ledger.close()
+    assert main(['journal', 'verify', str(run)]) == 1
+    assert "box 'd' is in a bin by conveyor.sqlite" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize('name', ['executor.sqlite', 'conveyor.sqlite'])
+def test_a_flipped_byte_of_a_row_is_found_and_named(run, name, tmp_path):
+    """Wherever it hits a value or the chain; what SQLite does not use holds nothing."""
+    whole = (run / 'state' / name).read_bytes()
+    columns = {
+        'executor.sqlite': 'SELECT placed || target || goal_id FROM attempt',
+        'conveyor.sqlite': 'SELECT box_id || place || text FROM boxes',
+    }
+    with sqlite3.connect(run / 'state' / name) as db:
+        texts = [str(row[0]).encode() for row in db.execute(columns[name])]
+        texts += [row[0].encode() for row in db.execute('SELECT written FROM chain')]
+        texts += [row[0].encode() for row in db.execute('SELECT hash FROM chain')]
+    db.close()
+    rng = random.Random(4)
+    tried = 0
+    for text in texts:
+        at = whole.find(text[:40])
+        if at < 0:
+            continue
+        tried += 1
+        flipped = bytearray(whole)
+        flipped[at + rng.randrange(min(len(text), 40))] ^= 1 << rng.randrange(8)
+        state = tmp_path / f'{tried}'
+        shutil.copytree(run / 'state', state)
+        (state / name).write_bytes(flipped)
+        wrong = book_errors(state)
+        assert wrong and all(line.startswith(f'{name}: ') for line in wrong), text
+    assert tried > 5
