@@ -30,6 +30,7 @@ FILES = {
     '--boxes': 'cartons',
     '--layout': '',
     '--resume': 'run',
+    '--start-bins': '',
     '--tuned': '',
     '--algorithm': 'mpack_lite',
     '--algorithms': 'mpack_lite',

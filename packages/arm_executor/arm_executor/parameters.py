@@ -40,6 +40,12 @@ class ExecutorParameters:
     open_bins: int = parameter(
         1, 'Bins that stand in the cell at a time.', low=1, high=3, read_only=True
     )
+    start_bins: str = parameter(
+        '',
+        'Bins that are part-filled at the start: folder of a run, or a file of `cell journal '
+        'export`; what the journal in `state_dir` holds already goes before. Empty: empty bins.',
+        read_only=True,
+    )
     profile: str = parameter(
         'cell',
         'Packing rules that every placement must obey.',

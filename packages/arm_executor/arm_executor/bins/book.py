@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 
 from arm_executor.bins.journal import Journal
 from arm_executor.bins.records import Attempt, Step, placed_of
+from arm_executor.bins.start_bins import StartBin
 from pack_msgs_py.cell_values import BoxEvent, Decision
 from pack_msgs_py.codes import BoxEventKind, Reason
 from pack_msgs_py.geometry.pose import Pose
@@ -88,6 +89,23 @@ class BinBook:
         return self._last_stamp_s
 
     # -- start ----------------------------------------------------------------------------------
+
+    def begin_with(self, start: Sequence[StartBin]) -> None:
+        """Bins that are part-filled at the start; nothing when the journal has any bin already."""
+        with self._lock:
+            if self._journal.last_serial():
+                return
+            with self._journal.transaction():
+                for first in start:
+                    fresh = self._new_bin(first.bin.station, first.bin.destination)
+                    self._journal.add_bin(fresh, self._stamp())
+                    for placed in first.bin.boxes:
+                        pose = first.poses[placed.box.id]
+                        known = replace(placed, measured_mm=None)
+                        attempt = Attempt(0, known, fresh.serial, pose, Step.VERIFIED)
+                        self._journal.add_attempt(attempt, self._stamp())
+                    self._journal.set_measured(first.poses)
+            self.ids_in_bins = self._journal.box_ids_in_bins()
 
     def recover(self) -> Recovery:
         """Resolve what was under way when the executor died, and open missing bins.

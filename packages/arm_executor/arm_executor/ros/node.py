@@ -16,6 +16,7 @@ from __future__ import annotations
 import queue
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from rclpy.action import ActionServer, CancelResponse
@@ -29,6 +30,7 @@ from arm_executor.arms.true_boxes import Truth
 from arm_executor.bins.book import BinBook
 from arm_executor.bins.journal import Journal, JournalError
 from arm_executor.bins.records import configuration
+from arm_executor.bins.start_bins import check_start_bins, read_start_bins
 from arm_executor.goals.admission import Refusal
 from arm_executor.goals.core import ExecutorCore
 from arm_executor.goals.outputs import (
@@ -112,6 +114,10 @@ class ArmExecutor(Node):
         self._journal = Journal(parameters.state_dir, configuration(spec, settings.profile))
         destinations = destinations_from(parameters)
         self._book = BinBook(self._journal, spec, parameters.open_bins, self._now_s, destinations)
+        if parameters.start_bins:
+            start = read_start_bins(Path(parameters.start_bins))
+            check_start_bins(start, spec, parameters.open_bins, settings.profile)
+            self._book.begin_with(start)
         self._truth = Truth(parameters.state_dir if kind.keeps_true_boxes else '')
         setup = ArmSetup(
             layout=self._layout,

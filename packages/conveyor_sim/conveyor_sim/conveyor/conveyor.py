@@ -64,6 +64,7 @@ class Conveyor:
         self._draining = ledger.setting('draining') == 'yes'
         self._newest: tuple[float, int] | None = None
         self._stirred = False
+        self._strangers: set[str] = set()
         self.statistics = BeltStatistics.from_text(ledger.setting('statistics'))
         self._moves = BoxMoves(belt, self._book, self._clock, self.statistics, conditions.max_laps)
 
@@ -184,12 +185,20 @@ class Conveyor:
     def on_content(
         self, box_ids: Iterable[str], content_stamp_s: float, now_s: float, stamp_s: float
     ) -> ConveyorNews:
-        """Take every box that is in a bin as placed."""
+        """Take every box that is in a bin as placed.
+
+        Boxes that are not of this belt, since the bins began with them, are mentioned once.
+        """
         records = {box_id: self._book.known(box_id) for box_id in box_ids}
+        strange = {name for name in records if not (records[name] or self._book.is_ours(name))}
+        if strange - self._strangers:
+            self._book.note(f'{len(strange)} boxes in bins are not of this belt')
+            self._strangers |= strange
         return merged(
             [
                 self.on_event(BoxEvent(box_id, _PLACED, stamp_s=content_stamp_s), now_s, stamp_s)
                 for box_id, record in records.items()
+                if box_id not in strange
                 if record is None or record.place is not Whereabouts.PLACED
             ]
         )

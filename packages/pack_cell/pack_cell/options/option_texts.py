@@ -11,7 +11,7 @@ from pack_cell.options.run_options import RunOptions
 from pack_msgs_py.values import BinSpec
 
 #: Options that name files: their texts stay as they are, since the files may be gone.
-FILE_OPTIONS = ('boxes', 'arrivals', 'layout', 'tuned')
+FILE_OPTIONS = ('boxes', 'arrivals', 'layout', 'tuned', 'start_bins')
 
 
 def kept_options() -> list[NamedOption]:

@@ -144,6 +144,18 @@ class RunOptions:
         parameters=('arm_executor.bin_type',),
         as_parameter=lambda spec: spec.name,
     )
+    start_bins: Path | None = option(
+        '',
+        'begin with part-filled bins: the open ones of an earlier run, by its folder, or of a file '
+        'of `cell journal export`',
+        _PACK,
+        read=optional_path,
+        metavar='DIR|FILE',
+        default_text='empty bins',
+        see='reliability.md#begin-with-part-filled-bins',
+        parameters=('arm_executor.start_bins',),
+        as_parameter=lambda path: str(path.resolve()) if path else '',
+    )
     open_bins: int = option(
         '2',
         'bins open at a time',

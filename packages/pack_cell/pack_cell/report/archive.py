@@ -62,11 +62,6 @@ class Archive:
         with naming(path):
             path.write_text('')
 
-    @property
-    def in_bins(self) -> int:
-        """How many boxes are in the bins of the archive."""
-        return sum(figures.boxes for figures in self.bins)
-
     def write(self, rows: Iterable[dict[str, Any]]) -> None:
         """Append rows to the file."""
         with naming(self.path), self.path.open('a') as file:

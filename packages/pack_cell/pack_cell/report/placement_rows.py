@@ -18,6 +18,7 @@ def placement_row(
     report: Report | None,
     event: BoxEvent | None,
     where: tuple[Bin, PlacedBox] | None,
+    at_start: bool = False,
 ) -> dict[str, Any]:
     """A box as it was scanned and as it is, what was decided last, and where it ended.
 
@@ -30,6 +31,7 @@ def placement_row(
     report : of the last goal with it.
     event : the last one; ``None`` while it is on the belt.
     where : the bin that it is in, and how it lies there.
+    at_start : it was there before the run began.
     """
     row: dict[str, Any] = {
         'box_id': box_id,
@@ -61,6 +63,8 @@ def placement_row(
     }
     if event is not None and event.reason is not Reason.NONE:
         row['reason'] = f'{event.reason.name.lower()}: {event.text}'
+    if at_start:
+        row.update(outcome='at_start', stamp_s=0.0)
     if where is not None:
         in_bin, placed = where
         row.update(

@@ -41,7 +41,8 @@ _PASSING = {
 class RunRecord:
     """Feeds on scans, decisions, reports, events and bins, in any order and more than once.
 
-    ``all_reports`` are the latest by goal; ``figures`` count them all.
+    ``all_reports`` are the latest by goal; ``figures`` count them all. ``start_ids`` are boxes that
+    were in bins before the run began.
     """
 
     boxes: dict[str, Box] = field(default_factory=dict)
@@ -55,6 +56,7 @@ class RunRecord:
     closed: dict[str, Bin] = field(default_factory=dict)
     closings: dict[str, ClosingReason] = field(default_factory=dict)
     archive: Archive | None = None
+    start_ids: frozenset[str] = frozenset()
     figures: RunFigures = field(default_factory=RunFigures)
     _decision_keys: dict[tuple[str, int, float], None] = field(default_factory=dict)
     _last: Counter[BoxEventKind] = field(default_factory=Counter)
@@ -144,7 +146,8 @@ class RunRecord:
         archive, ids = self.archive, [placed.box.id for placed in closed.boxes]
         if archive is None or not all(self._is_done(box_id) for box_id in ids):
             return
-        first_s = min((self.events[box_id].stamp_s for box_id in ids), default=0.0)
+        stamps_s = (self.events[box_id].stamp_s for box_id in ids if box_id in self.events)
+        first_s = min(stamps_s, default=0.0)
         rejected = [
             event.box_id
             for event in self.events.values()
@@ -161,7 +164,8 @@ class RunRecord:
     def _is_done(self, box_id: str) -> bool:
         event, report = self.events.get(box_id), self.reports.get(box_id)
         placed = event is not None and event.event is BoxEventKind.PLACED
-        return placed and report is not None and report.code.box_is_in_bin
+        reported = report is not None and report.code.box_is_in_bin
+        return box_id in self.start_ids or (placed and reported)
 
     def rows(self, box_ids: Iterable[str]) -> list[dict[str, Any]]:
         """One object per box that is not archived, in the order in which they came to their end."""
@@ -170,18 +174,22 @@ class RunRecord:
             for in_bin in self.every_bin()
             for placed in in_bin.boxes
         }
+        boxes = self.boxes | {
+            box_id: where[box_id][1].box for box_id in self.start_ids if box_id in where
+        }
         chosen = list(box_ids)
         ended = [box_id for box_id in chosen if box_id in self.events]
         ended.sort(key=lambda box_id: self.events[box_id].stamp_s)
         return [
             placement_row(
                 box_id,
-                box=self.boxes.get(box_id),
+                box=boxes.get(box_id),
                 true=self.true_boxes.get(box_id),
                 decision=self.decisions.get(box_id),
                 report=self.reports.get(box_id),
                 event=self.events.get(box_id),
                 where=where.get(box_id),
+                at_start=box_id in self.start_ids,
             )
             for box_id in [*ended, *(box_id for box_id in chosen if box_id not in self.events)]
         ]
@@ -230,10 +238,11 @@ class RunRecord:
         return self._last[BoxEventKind.UNKNOWN]
 
     def ids_in_bins(self) -> set[str]:
-        """Every box that is in a bin, archived or not."""
+        """Every box that was put into a bin, archived or not."""
         archived = {} if self.archive is None else self.archive.where
         live = {placed.box.id for known in self.every_bin() for placed in known.boxes}
-        return live | {box_id for box_id, where in archived.items() if where != 'rejected'}
+        gone = {box_id for box_id, where in archived.items() if where != 'rejected'}
+        return (live | gone) - self.start_ids
 
     def bin_figures(self, profile: Profile) -> tuple[list[BinFigures], list[BinFigures]]:
         """Figures of the closed bins and of those that stand, each in the order of opening."""
@@ -279,9 +288,7 @@ class RunRecord:
         scan = self.scan
         if scan is None or scan.remaining != 0 or scan.boxes or self.settled < scan.supplied:
             return False
-        in_bins = sum(len(known.boxes) for known in self.every_bin())
-        in_bins += 0 if self.archive is None else self.archive.in_bins
-        return in_bins == self.count(BoxEventKind.PLACED)
+        return len(self.ids_in_bins()) == self.count(BoxEventKind.PLACED)
 
     def all_reported(self) -> bool:
         """Whether every placed box has a report that says so."""

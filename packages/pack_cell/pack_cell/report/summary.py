@@ -54,7 +54,13 @@ def figures_table() -> str:
 
 def placement_rows(record: RunRecord) -> list[dict[str, Any]]:
     """One object per box that is not archived, in the order in which they came to their end."""
-    return record.rows(dict.fromkeys([*record.events, *record.boxes]))
+    started = [
+        placed.box.id
+        for known in record.every_bin()
+        for placed in known.boxes
+        if placed.box.id in record.start_ids
+    ]
+    return record.rows(dict.fromkeys([*started, *record.events, *record.boxes]))
 
 
 def write_run(folder: Path, summary: Summary, record: RunRecord) -> None:

@@ -123,6 +123,13 @@ FIGURES: tuple[SummaryFigure, ...] = (
         counted('boxes_supplied', 'supplied'),
     ),
     boxes_now('placed', 'boxes in bins', BoxEventKind.PLACED),
+    SummaryFigure(
+        'start_boxes',
+        'boxes that were in the bins at the start; bins and fills count them, `placed` does not',
+        lambda run: len(run.record.start_ids),
+        'boxes',
+        lambda summary: f'{summary["start_boxes"]} at the start' if summary['start_boxes'] else '',
+    ),
     boxes_now('rejected', 'boxes in the reject lane', BoxEventKind.REJECTED),
     boxes_now('lost', 'boxes that the arm lost; must be 0', BoxEventKind.LOST, is_zero),
     SummaryFigure(

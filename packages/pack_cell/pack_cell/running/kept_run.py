@@ -11,13 +11,16 @@ import os
 import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
 from typing import Any
 
+from arm_executor.bins.start_bins import read_start_bins, renamed, write_start_bins
 from conveyor_sim.streams import with_path
 from pack_cell.files import naming
 from pack_cell.options.option_texts import conflicts, options_from, texts_of
-from pack_cell.options.run_options import RunOptions
+from pack_cell.options.run_options import RunOptions, open_stream
+from pack_cell.recording.reading import RUN_FILE
 
 FILE_NAME = 'run.json'
 _FORMAT = 1
@@ -47,7 +50,7 @@ class KeptRun:
     @property
     def used(self) -> RunOptions:
         """The options with the copies of the files that they name."""
-        return _with_files(self.asked, lambda key, path: self._copies / key / path.name)
+        return _with_files(self.asked, self._copy_of)
 
     @property
     def _copies(self) -> Path:
@@ -76,9 +79,18 @@ class KeptRun:
             os.fsync(file.fileno())
         fresh.replace(path)
 
+    def _copy_of(self, key: str, source: Path) -> Path:
+        return self._copies / key / ('bins.json' if key == 'start_bins' else source.name)
+
     def _copy(self, key: str, source: Path) -> Path:
-        source, target = source.expanduser(), self._copies / key / source.name
+        source, target = source.expanduser(), self._copy_of(key, source)
         target.parent.mkdir(parents=True, exist_ok=True)
+        if key == 'start_bins':
+            # A box of the stream may be called like one of an earlier run.
+            stream = open_stream(self.asked)
+            with naming(target):
+                write_start_bins(target, renamed(read_start_bins(source), stream.__contains__))
+            return target
         if source.is_dir():
             target.mkdir(exist_ok=True)
             for name in filter(lambda name: (source / name).exists(), _OF_A_RUN):
@@ -132,6 +144,14 @@ def kept_run(folder: Path, given: Mapping[str, Any]) -> KeptRun:
     return KeptRun(folder, replace(asked, **changed), command)
 
 
+def set_recording_aside(folder: Path) -> None:
+    """Give the recording of an earlier session another name: the next one writes its own."""
+    path = folder / RUN_FILE
+    if path.exists():
+        number = next(n for n in count(1) if not (folder / f'run-{n}.mcap').exists())
+        path.replace(folder / f'run-{number}.mcap')
+
+
 def _is_free(key: str) -> bool:
     declared = RunOptions.__dataclass_fields__.get(key)
     return declared is not None and declared.metadata['option'].resumable
@@ -143,7 +163,7 @@ def _with_files(options: RunOptions, place: Callable[[str, Path], Path]) -> RunO
     kind, _, rest = options.arrivals.partition(':')
     if kind == 'recorded':
         changed['arrivals'] = f'{kind}:{place("arrivals", Path(rest))}'
-    for key in ('layout', 'tuned'):
+    for key in ('layout', 'tuned', 'start_bins'):
         path = getattr(options, key)
         if path is not None:
             changed[key] = place(key, path)

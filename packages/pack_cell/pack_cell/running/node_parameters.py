@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from arm_executor.arms.registry import find_arm
+from arm_executor.bins.start_bins import check_start_bins, read_start_bins
 from arm_executor.reach.layout_file import find_layout, layout_for
 from conveyor_sim.streams import destination_names
 from pack_cell.options.declaration import declared_options
@@ -17,6 +18,7 @@ from pack_cell.options.run_options import (
     open_stream,
 )
 from pack_cell.recording.reading import RUN_FILE
+from pack_cell.report.ended_run import execution_profile
 from pack_msgs_py.orientation import TRAY_HEIGHT_MM
 from pack_msgs_py.profiles import adapted, find_profile
 from pack_msgs_py.values import STATIONS, Box
@@ -33,7 +35,7 @@ def check_cell(options: RunOptions) -> None:
     ------
     ValueError
         The layout cannot be built or the robot cannot serve it; tuned weights are not for the
-        algorithm.
+        algorithm; bins to begin with cannot be gone on with.
     """
     orders = [name for name in first_orders(options) if ',' in name]
     if orders:
@@ -56,6 +58,9 @@ def check_cell(options: RunOptions) -> None:
             '--grasp-faces top, or another layout or robot'
         )
         raise ValueError(msg)
+    if options.start_bins is not None:
+        start, rules = read_start_bins(options.start_bins), execution_profile(options)
+        check_start_bins(start, options.bin_spec, options.open_bins, rules)
     if options.tuned is not None:
         algorithm = find_algorithm(options.algorithm)
         check_table(read_table(str(options.tuned)), algorithm.name, algorithm.weights)

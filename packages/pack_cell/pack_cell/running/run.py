@@ -16,6 +16,7 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 from arm_executor.bins.journal import JournalError
+from arm_executor.bins.start_bins import read_start_bins
 from conveyor_sim.streams import BOXES_FILE, Stream, write_boxes
 from pack_cell.files import error_text, full_disk, naming
 from pack_cell.journal.verify import book_errors
@@ -31,7 +32,7 @@ from pack_cell.report_page.command import report_trouble
 from pack_cell.running.books_of_bins import BooksOfBins, books_of_bins
 from pack_cell.running.display import RunDisplay
 from pack_cell.running.folder_lock import FolderLock, FolderTaken
-from pack_cell.running.kept_run import FILE_NAME, KeptRun, is_begun
+from pack_cell.running.kept_run import FILE_NAME, KeptRun, is_begun, set_recording_aside
 from pack_cell.running.memory import MemoryWatch
 from pack_cell.running.node_commands import RECORDER, node_specs, write_parameters
 from pack_cell.running.ros_domain import DomainLock, DomainTaken, hold_domain, loopback_trouble
@@ -138,6 +139,8 @@ def _run_in_domain(kept: KeptRun, began: float, *, resumed: bool = False) -> int
                 f'the books in {kept.folder / "state"} are not as they were written, see above: '
                 'bring them back from a copy; what is in the bins now is known to nobody else'
             )
+        if resumed:
+            set_recording_aside(kept.folder)
         return _run(kept, began, domain)
     except FolderTaken as error:
         return _refused(str(error))
@@ -173,7 +176,11 @@ def _run(kept: KeptRun, began: float, domain: DomainLock) -> int:
         respawn=options.respawn,
     )
     rules = execution_profile(options)
-    record = RunRecord(archive=Archive(folder / 'placements.jsonl', rules))
+    start = () if options.start_bins is None else read_start_bins(options.start_bins)
+    record = RunRecord(
+        archive=Archive(folder / 'placements.jsonl', rules),
+        start_ids=frozenset(placed.box.id for first in start for placed in first.bin.boxes),
+    )
     log = RunLog(state, began)
     watch = RunWatch(options, supervisor, record, stop, began, folder, log)
     with RunDisplay(record, quiet=options.quiet) as display:
