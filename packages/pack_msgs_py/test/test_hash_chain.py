@@ -8,9 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pack_msgs_py.hash_chain import CHAIN_TABLE, HashChain, chain_errors
+from pack_msgs_py.hash_chain import HashChain, chain_errors, has_chain
 
-KEYS = {'box': 'id', 'note': 'rowid'}
 SCHEMA = 'CREATE TABLE box (id INTEGER PRIMARY KEY, place TEXT, mass REAL, data BLOB)'
 
 # What SQLite keeps: whole numbers, numbers, texts, bytes and nothing.
@@ -23,25 +22,41 @@ VALUES = (
 )
 
 
-def made():
-    """A database with two boxes and a note, each written twice."""
-    db = sqlite3.connect(':memory:', isolation_level=None)
-    for statement in (SCHEMA, 'CREATE TABLE note (text TEXT)', CHAIN_TABLE):
-        db.execute(statement)
-    chain = HashChain(db, KEYS)
-    chain.touch_all()
+def write(db, chain, *statements):
+    """A transaction, sealed."""
+    db.execute('BEGIN')
+    for statement in statements:
+        db.execute(*statement) if isinstance(statement, tuple) else db.execute(statement)
     chain.seal()
+    db.execute('COMMIT')
+
+
+def chained():
+    """A database with two boxes and a note, each written twice, and its chain."""
+    db = sqlite3.connect(':memory:', isolation_level=None)
+    chain = HashChain(db)
+    db.execute('BEGIN')
+    for statement in (SCHEMA, 'CREATE TABLE note (text TEXT)'):
+        db.execute(statement)
+    chain.begin()
+    chain.seal()
+    db.execute('COMMIT')
     for place in ('belt', 'bin'):
-        for number in (1, 2):
-            db.execute('REPLACE INTO box VALUES (?, ?, 1.5, ?)', (number, place, b'\x00'))
-            chain.touch('box', number)
-        chain.touch('note', db.execute('INSERT INTO note VALUES (?)', (place,)).lastrowid)
-        chain.seal()
-    return db
+        write(
+            db,
+            chain,
+            *(("REPLACE INTO box VALUES (?, ?, 1.5, x'00')", (n, place)) for n in (1, 2)),
+            ('INSERT INTO note VALUES (?)', (place,)),
+        )
+    return db, chain
+
+
+def made():
+    return chained()[0]
 
 
 def errors(db):
-    return list(chain_errors(db, KEYS))
+    return list(chain_errors(db))
 
 
 def test_a_file_that_nobody_touched_agrees():
@@ -74,25 +89,59 @@ def test_a_change_is_named(change, named):
 
 
 def test_what_was_taken_back_is_not_in_the_chain():
-    db = made()
-    chain = HashChain(db, KEYS)
+    db, chain = chained()
     db.execute('BEGIN')
     db.execute("UPDATE box SET place = 'lost'")
-    chain.touch('box', 1)
     chain.forget()
     db.execute('ROLLBACK')
-    chain.seal()
+    write(db, chain, "UPDATE box SET place = 'belt' WHERE id = 2")
     assert errors(db) == []
+
+
+def test_rows_that_are_taken_away_and_renamed_are_followed():
+    db, chain = chained()
+    write(db, chain, 'DELETE FROM box WHERE id = 1', 'UPDATE box SET id = 9 WHERE id = 2')
+    write(db, chain, 'DELETE FROM note')
+    assert errors(db) == []
+    db.execute("INSERT INTO box VALUES (1, 'bin', 1.5, NULL)")
+    assert errors(db) == ['box 1 is not in the chain: its key was changed, or it was added']
+
+
+def test_a_table_that_is_made_later_is_covered_too():
+    db, chain = chained()
+    write(
+        db, chain, 'CREATE TABLE late (a TEXT PRIMARY KEY, b)', "INSERT INTO late VALUES ('x', 1)"
+    )
+    write(db, chain, "REPLACE INTO late VALUES ('x', 2)")
+    assert errors(db) == []
+    db.execute('UPDATE late SET b = 3')
+    assert errors(db) == ["late 'x' was changed: b is now 3"]
+
+
+def test_another_connection_goes_on_with_the_chain(tmp_path):
+    path = tmp_path / 'book.sqlite'
+    for number in range(3):
+        db = sqlite3.connect(path, isolation_level=None)
+        chain = HashChain(db)
+        if has_chain(db):
+            chain.watch()
+            write(db, chain, ('INSERT INTO box VALUES (?, NULL, NULL, NULL)', (number,)))
+        else:
+            db.execute('BEGIN')
+            db.execute(SCHEMA)
+            chain.begin()
+            chain.seal()
+            db.execute('COMMIT')
+        assert errors(db) == []
+        assert db.execute('SELECT count(*) FROM chain').fetchone() == (number + 1,)
+        db.close()
 
 
 @settings(max_examples=60)
 @given(before=VALUES, after=VALUES)
 def test_any_two_values_that_differ_are_told_apart(before, after):
-    db = made()
-    chain = HashChain(db, KEYS)
-    db.execute('UPDATE box SET data = ? WHERE id = 1', (before,))
-    chain.touch('box', 1)
-    chain.seal()
+    db, chain = chained()
+    write(db, chain, ('UPDATE box SET data = ? WHERE id = 1', (before,)))
     assert errors(db) == []
     db.execute('UPDATE box SET data = ? WHERE id = 1', (after,))
     kept = db.execute('SELECT data FROM box WHERE id = 1').fetchone()[0]

@@ -21,7 +21,7 @@ from arm_executor.bins.records import Attempt, Step
 from pack_msgs_py.box_codec import placed_to_json, pose_to_json
 from pack_msgs_py.cell_values import BoxEvent
 from pack_msgs_py.geometry.pose import Pose
-from pack_msgs_py.hash_chain import CHAIN_TABLE, HashChain
+from pack_msgs_py.hash_chain import HashChain
 from pack_msgs_py.values import Bin
 
 __all__ = ['FILE_NAME', 'Journal', 'JournalError']
@@ -71,16 +71,6 @@ CREATE TABLE event (
 """
 
 
-#: By which column a row of each table is found.
-CHAINED = {
-    'meta': 'key',
-    'bin': 'serial',
-    'attempt': 'id',
-    'step': 'rowid',
-    'event': 'sequence',
-}
-
-
 class Journal(JournalReader):
     """The file ``executor.sqlite`` in ``folder``; in memory when ``folder`` is empty.
 
@@ -115,7 +105,7 @@ class Journal(JournalReader):
         try:
             # Two threads use it, one at a time: BinBook holds a lock around every call.
             self._db = sqlite3.connect(name, isolation_level=None, check_same_thread=False)
-            self._chain = HashChain(self._db, CHAINED)
+            self._chain = HashChain(self._db)
             self._prepare(dict(config))
         except sqlite3.Error as error:
             self._release()
@@ -180,12 +170,13 @@ class Journal(JournalReader):
         if version == _WITHOUT_CHAIN:
             with self.transaction():
                 self._begin_chain()
+        else:
+            self._chain.watch()
 
     def _begin_chain(self) -> None:
         """Take all rows that there are into a new chain."""
-        self._db.execute(CHAIN_TABLE)
+        self._chain.begin()
         self._db.execute(f'PRAGMA user_version = {SCHEMA_VERSION}')
-        self._chain.touch_all()
 
     @contextmanager
     def transaction(self) -> Iterator[None]:
@@ -213,7 +204,6 @@ class Journal(JournalReader):
 
     def _set_meta(self, key: str, value: str) -> None:
         self._db.execute('INSERT OR REPLACE INTO meta VALUES (?, ?)', (key, value))
-        self._chain.touch('meta', key)
 
     # -- written inside a transaction of the caller ------------------------------------------
 
@@ -234,17 +224,14 @@ class Journal(JournalReader):
             'INSERT INTO bin VALUES (?, ?, ?, ?, ?, ?, ?, ?, NULL)',
             (*row, opened.destination, opened.revision, stamp_s),
         )
-        self._chain.touch('bin', opened.serial)
 
     def close_bin(self, serial: int, stamp_s: float) -> None:
         """A bin was closed and taken away."""
         self._db.execute('UPDATE bin SET closed_s = ? WHERE serial = ?', (stamp_s, serial))
-        self._chain.touch('bin', serial)
 
     def set_bin_revision(self, serial: int, revision: int) -> None:
         """The content of a bin has changed."""
         self._db.execute('UPDATE bin SET revision = ? WHERE serial = ?', (revision, serial))
-        self._chain.touch('bin', serial)
 
     def add_attempt(self, attempt: Attempt, stamp_s: float) -> Attempt:
         """A placement begins; returns it with its number."""
@@ -261,14 +248,12 @@ class Journal(JournalReader):
             ),
         )
         number = int(cursor.lastrowid or 0)
-        self._chain.touch('attempt', number)
         self._log(number, attempt.step.value, stamp_s)
         return replace(attempt, id=number)
 
     def set_step(self, attempt: int, step: Step, stamp_s: float) -> None:
         """A placement goes on to ``step``."""
         self._db.execute('UPDATE attempt SET step = ? WHERE id = ?', (step.value, attempt))
-        self._chain.touch('attempt', attempt)
         self._log(attempt, step.value, stamp_s)
 
     def note(self, attempt: int, text: str, stamp_s: float) -> None:
@@ -277,8 +262,7 @@ class Journal(JournalReader):
 
     def _log(self, attempt: int, step: str, stamp_s: float) -> None:
         values = (attempt, step, stamp_s)
-        cursor = self._db.execute('INSERT INTO step VALUES (?, ?, ?)', values)
-        self._chain.touch('step', cursor.lastrowid)
+        self._db.execute('INSERT INTO step VALUES (?, ?, ?)', values)
 
     def set_measured(self, poses: Mapping[str, Pose]) -> None:
         """Boxes in bins were measured, bin frame."""
@@ -291,11 +275,10 @@ class Journal(JournalReader):
             ).fetchall()
             for (number,) in moved:
                 self._db.execute('UPDATE attempt SET measured = ? WHERE id = ?', (text, number))
-                self._chain.touch('attempt', number)
 
     def add_event(self, event: BoxEvent) -> None:
         """Something happened to a box that the other nodes are told."""
-        cursor = self._db.execute(
+        self._db.execute(
             'INSERT INTO event (stamp_s, box_id, event, reason, text, bin_id, bin_serial) '
             'VALUES (?, ?, ?, ?, ?, ?, ?)',
             (
@@ -308,4 +291,3 @@ class Journal(JournalReader):
                 event.bin_serial,
             ),
         )
-        self._chain.touch('event', cursor.lastrowid)

@@ -18,14 +18,12 @@ from pathlib import Path
 from pack_msgs_py.box_codec import box_from_json, box_to_json
 from pack_msgs_py.checks import InvalidValue
 from pack_msgs_py.codes import Reason
-from pack_msgs_py.hash_chain import CHAIN_TABLE, HashChain
+from pack_msgs_py.hash_chain import HashChain, has_chain
 from pack_msgs_py.values import Box
 
 FILE_NAME = 'conveyor.sqlite'
 #: 3 had no hash chain.
 _SCHEMA, _WITHOUT_CHAIN = '4', '3'
-#: By which column a row of each table is found.
-CHAINED = {'meta': 'key', 'boxes': 'ordinal', 'inserted': 'ordinal'}
 #: Ordinals of boxes that were inserted by hand begin here, above those of any stream.
 INSERTED_FROM = 1_000_000_000
 
@@ -109,7 +107,7 @@ class Ledger:
             self._db = sqlite3.connect(
                 self.path, isolation_level=None, timeout=1.0, check_same_thread=False
             )
-            self._chain = HashChain(self._db, CHAINED)
+            self._chain = HashChain(self._db)
             try:
                 self._open(fingerprint, description)
             except BaseException:
@@ -144,8 +142,6 @@ class Ledger:
         with self._explained(), self._transaction():
             marks = ', '.join('?' * 11)
             self._db.executemany(f'REPLACE INTO boxes VALUES ({marks})', rows)
-            for record in rows:
-                self._chain.touch('boxes', record[0])
             self._set_meta(settings)
 
     def insert(self, box: Box) -> int:
@@ -155,7 +151,6 @@ class Ledger:
             ordinal = INSERTED_FROM if row[0] is None else int(row[0]) + 1
             values = (ordinal, box_to_json(box))
             self._db.execute('INSERT INTO inserted VALUES (?, ?)', values)
-            self._chain.touch('inserted', ordinal)
         return ordinal
 
     def inserted(self) -> dict[int, Box]:
@@ -184,14 +179,14 @@ class Ledger:
 
     def _set_meta(self, values: Mapping[str, str]) -> None:
         self._db.executemany('REPLACE INTO meta VALUES (?, ?)', values.items())
-        for key in values:
-            self._chain.touch('meta', key)
 
     def _open(self, fingerprint: str, description: str) -> None:
         # Held until close or death: two conveyors on one ledger would give out boxes twice.
         self._db.execute('PRAGMA locking_mode = EXCLUSIVE')
         self._db.execute('PRAGMA journal_mode = WAL')
         self._db.execute('PRAGMA synchronous = FULL')
+        if has_chain(self._db):
+            self._chain.watch()
         with self._transaction():
             for statement in _TABLES.split(';\n'):
                 self._db.execute(statement)
@@ -199,18 +194,17 @@ class Ledger:
             if not known:
                 values = {'schema': _SCHEMA, 'stream': fingerprint, 'description': description}
                 self._set_meta(values)
-                self._begin_chain()
+                self._chain.begin()
                 return
             if known.get('schema') == _WITHOUT_CHAIN:
-                known['schema'] = _SCHEMA
                 self._set_meta({'schema': _SCHEMA})
-                self._begin_chain()
-        if known.get('schema') != _SCHEMA:
-            msg = (
-                f'ledger {self.path} has format {known.get("schema")}, this conveyor reads '
-                f'{_SCHEMA}: give another state_dir'
-            )
-            raise LedgerError(msg)
+                self._chain.begin()
+            elif known.get('schema') != _SCHEMA:
+                msg = (
+                    f'ledger {self.path} has format {known.get("schema")}, this conveyor reads '
+                    f'{_SCHEMA}: give another state_dir'
+                )
+                raise LedgerError(msg)
         if known.get('stream') != fingerprint:
             msg = (
                 f'ledger {self.path} belongs to another stream ({known.get("description")}), '
@@ -218,11 +212,6 @@ class Ledger:
                 'count and seed'
             )
             raise LedgerError(msg)
-
-    def _begin_chain(self) -> None:
-        """Take all rows that there are into a new chain."""
-        self._db.execute(CHAIN_TABLE)
-        self._chain.touch_all()
 
     @contextmanager
     def _transaction(self) -> Iterator[None]:

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 
-from arm_executor.bins.journal import CHAINED as JOURNAL_TABLES
 from arm_executor.bins.journal import FILE_NAME as JOURNAL
-from conveyor_sim.ledger.ledger import CHAINED as LEDGER_TABLES
 from conveyor_sim.ledger.ledger import FILE_NAME as LEDGER
 from pack_cell.journal.run_books import BooksError, opened, read_run_books
-from pack_msgs_py.hash_chain import chain_errors
+from pack_msgs_py.hash_chain import chain_errors, has_chain
 
-_BOOKS: dict[str, Mapping[str, str]] = {JOURNAL: JOURNAL_TABLES, LEDGER: LEDGER_TABLES}
+_BOOKS = (JOURNAL, LEDGER)
 
 
 def book_errors(state: Path, *, old_too: bool = False) -> list[str]:
@@ -23,14 +21,14 @@ def book_errors(state: Path, *, old_too: bool = False) -> list[str]:
     """
     wrong = [
         f'{name}: {text}'
-        for name, tables in _BOOKS.items()
+        for name in _BOOKS
         if (state / name).exists()
-        for text in _file_errors(state / name, tables, old_too)
+        for text in _file_errors(state / name, old_too)
     ]
     return wrong or list(_differences(state))
 
 
-def _file_errors(path: Path, tables: Mapping[str, str], old_too: bool) -> Iterator[str]:
+def _file_errors(path: Path, old_too: bool) -> Iterator[str]:
     try:
         with opened(path) as db:
             if not db.execute('SELECT count(*) FROM sqlite_master').fetchone()[0]:
@@ -38,9 +36,8 @@ def _file_errors(path: Path, tables: Mapping[str, str], old_too: bool) -> Iterat
             damage = [row[0] for row in db.execute('PRAGMA integrity_check(5)')]
             if damage != ['ok']:
                 yield from (f'SQLite says: {text}' for text in damage)
-            names = {row[0] for row in db.execute('SELECT name FROM sqlite_master')}
-            if 'chain' in names:
-                yield from chain_errors(db, tables)
+            if has_chain(db):
+                yield from chain_errors(db)
             elif not old_too:
                 yield 'it has no hash chain: another version wrote it; the next start adds one'
     except (sqlite3.Error, ValueError) as error:
