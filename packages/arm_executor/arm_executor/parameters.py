@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from arm_executor.arms.registry import ARMS_IN_WORDS, DEFAULT_ARM
+from arm_executor.model.pick_area import PickArea
 from arm_executor.model.robot_data import ROBOTS
 from pack_msgs_py.geometry.tolerance import Tolerance
 from pack_msgs_py.orientation import ORIENTATION_RULES, TILT_TIME_S
@@ -162,6 +163,7 @@ class ExecutorSettings:
     watchdog_s: float = 10.0
     speed: float = 1.0
     tilt_time_s: float = TILT_TIME_S
+    pick_area: PickArea = field(default_factory=PickArea)
 
 
 def destinations_from(parameters: ExecutorParameters) -> tuple[str, ...]:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
 import time
 
 import pytest
 from core_bench import CoreBench
-from executor_cases import make_box, make_decision, make_goal, make_scan
+from executor_cases import make_box, make_decision, make_goal, make_scan, pick_of
 
 from arm_executor.arms.timed import FAULT_SHIFT_M, TimedArm
 from arm_executor.bins.book import BookError
 from arm_executor.goals.outputs import BinsChanged, Failed, Finished, Happened, Replied
+from pack_msgs_py.cell_values import Scan, ScannedBox
 from pack_msgs_py.codes import ErrorCode, Mode
+from pack_msgs_py.geometry.pose import Pose, about_z, quaternion_product, turn_between
 
 BOX = make_box()
 
@@ -79,18 +82,71 @@ def test_a_deadline_that_is_not_enforced_is_reported_only(make_core_bench):
     assert (report.code, bench.boxes()) == (ErrorCode.DEADLINE_MISSED, [BOX.id])
 
 
-def test_a_box_presented_elsewhere_is_not_grasped(make_core_bench):
+def presented_at(pose):
+    """A scan with the box at ``pose``, frame `cell`."""
+    now_s = time.time()
+    return Scan(1, now_s, (ScannedBox(BOX, pose, pick_open_s=now_s),))
+
+
+class Asked(TimedArm):
+    """Remembers the request that it carried out."""
+
+    def execute(self, plan, hooks, stop):
+        self.done = plan.request
+        return super().execute(plan, hooks, stop)
+
+
+@pytest.mark.parametrize('yaw_deg', [0.0, 30.0, -12.0, 90.0, 170.0])
+@pytest.mark.parametrize('offset_m', [(0.0, 0.0), (0.05, 0.0), (-0.04, 0.06)])
+def test_a_box_is_taken_where_and_as_the_scan_shows_it(make_core_bench, offset_m, yaw_deg):
+    bench = make_core_bench(arm=Asked(speed=0.0))
+    x, y, z = pick_of(BOX).position
+    lean = quaternion_product((math.sin(0.01), 0.0, 0.0, math.cos(0.01)), about_z(0.0))
+    yaw = about_z(math.radians(yaw_deg))
+    centre = (x + offset_m[0], y + 0.1 + offset_m[1], z + 0.003)
+    bench.core.on_scan(presented_at(Pose(centre, quaternion_product(yaw, lean))))
+    bench.core.submit(make_goal(make_decision(BOX), deadline_s=time.time() + 60.0))
+    bench.wait(lambda: bench.of(Finished))
+    assert bench.of(Finished)[0].report.code is ErrorCode.NONE
+    pick = bench.arm.done.pick
+    assert pick.position == pytest.approx(centre)
+    assert turn_between(pick, Pose(centre, yaw)) == pytest.approx(0.0, abs=1e-6), 'flat on the belt'
+
+
+@pytest.mark.parametrize(
+    ('pose', 'why'),
+    [
+        (Pose((0.30, 0.70, 0.825)), 'bins stand from 0.45 m'),
+        (Pose((0.0, 1.60, 0.825)), 'its front is at y = 1.502 m'),
+        (Pose((0.0, 0.55, 0.825)), 'its front is at y = 0.452 m'),
+        (Pose((0.0, 0.70, 0.875)), 'its base is at z = 0.800 m'),
+        (
+            Pose((0.35, 0.70, 0.825), about_z(math.radians(25.0))),
+            'turned by 25.0 and tilted by 0.0',
+        ),
+    ],
+    ids=['beside the belt', 'far behind', 'over the head', 'above the belt', 'turned'],
+)
+def test_a_box_out_of_the_grippers_reach_is_not_grasped(make_core_bench, pose, why):
     bench = make_core_bench()
-    scan = make_scan(make_box(2), BOX, stamp_s=time.time(), presented='box-2')
-    held = scan.boxes[1]
-    moved = type(held)(held.box, held.pose, pick_open_s=time.time())
-    bench.core.on_scan(type(scan)(1, time.time(), (moved,)))
+    bench.core.on_scan(presented_at(pose))
     bench.core.submit(make_goal(make_decision(BOX)))
     bench.wait(lambda: bench.of(Finished))
     report = bench.of(Finished)[0].report
     assert report.code is ErrorCode.BOX_NOT_PRESENTED
-    assert 'mm away from pick_pose' in report.message
+    assert 'cannot be taken where the belt holds it' in report.message and why in report.message
     assert bench.events(BOX) == []
+
+
+def test_a_box_that_leans_is_waited_for_and_the_angle_told(make_core_bench):
+    bench = make_core_bench(present_timeout_s=0.2)
+    lean = (math.sin(math.radians(10.0)), 0.0, 0.0, math.cos(math.radians(10.0)))
+    bench.core.on_scan(presented_at(Pose(pick_of(BOX).position, lean)))
+    bench.core.submit(make_goal(make_decision(BOX)))
+    bench.wait(lambda: bench.of(Finished))
+    report = bench.of(Finished)[0].report
+    assert report.code is ErrorCode.BOX_NOT_PRESENTED
+    assert 'tilted by 20.0 degrees' in report.message
 
 
 def test_wait_time_is_what_the_belt_still_needed_after_the_last_pick(make_core_bench):

@@ -25,10 +25,17 @@ from physics_cases import (
 )
 
 from arm_executor.arms.physics.arm import PhysicsArm
-from arm_executor.model.arm_interface import MotionError
-from arm_executor.model.layout import LayoutError
+from arm_executor.model.arm_interface import MotionError, PlaceRequest
+from arm_executor.model.layout import LayoutError, pick_pose
 from pack_msgs_py.codes import ErrorCode, Phase
-from pack_msgs_py.geometry.pose import Pose, corner_distance, turn_between
+from pack_msgs_py.geometry.pose import (
+    Pose,
+    about_z,
+    corner_distance,
+    quaternion_product,
+    turn_between,
+)
+from pack_msgs_py.orientation import TIPPED, oriented_size
 from pack_msgs_py.values import Bin, parse_bin
 
 pytestmark = pytest.mark.physics
@@ -130,6 +137,25 @@ def test_small_stack_is_built_in_place_at_both_stations(arm):
         assert all(0 <= fraction <= 1 for fraction in told.fractions)
         assert told.fractions == sorted(told.fractions)
     assert arm.holds() is None
+
+
+@pytest.mark.parametrize(
+    ('aside_m', 'back_m', 'yaw_deg', 'lies'),
+    [(0.05, 0.0, 30.0, 'xyz'), (-0.05, 0.08, -40.0, 'xyz'), (0.03, 0.02, 12.0, TIPPED['y'])],
+    ids=['aside and turned', 'back and turned the other way', 'tipped by a tray'],
+)
+def test_box_that_lies_aside_and_turned_rests_straight(arm, aside_m, back_m, yaw_deg, lies):
+    askew = box(size=(300.0, 200.0, 220.0))
+    straight = pick_pose(arm.layout, askew.size_mm, lies)
+    x, y, z = straight.position
+    turn = quaternion_product(about_z(math.radians(yaw_deg)), straight.quaternion)
+    pick = Pose((x + aside_m, y + back_m + 0.05, z), turn)
+    upright = oriented_size(askew.size_mm, lies)
+    target = Pose((0.4, 0.3, upright[2] / 2000), straight.quaternion)
+    result = run(arm, PlaceRequest(askew, pick, 'A', target))
+    assert result.code is ErrorCode.NONE, result.message
+    assert corner_distance(result.measured, target, metres(askew)) < 0.003
+    assert turn_between(result.measured, target) < math.radians(0.5)
 
 
 def test_heavy_box_off_balance_arrives_too(arm):

@@ -13,6 +13,7 @@ from conveyor_sim.ledger.ledger import Ledger
 from conveyor_sim.parameters import ConveyorParameters
 from conveyor_sim.scanning.fault_plan import FaultPlan, parse_faults
 from conveyor_sim.scanning.inspection import Inspection
+from conveyor_sim.scanning.lie import BoxLies
 from conveyor_sim.scanning.scanner import Scanner, ScannerNoise
 from conveyor_sim.streams import Reading, Stream
 
@@ -41,7 +42,11 @@ def make_belt(p: ConveyorParameters) -> Belt:
 def make_inspection(p: ConveyorParameters) -> Inspection:
     """Scanner and faults; ``ValueError`` when a fault or a rate is not known."""
     noise = ScannerNoise(p.size_sigma, p.weight_sigma, p.yaw_sigma)
-    return Inspection(Scanner(noise, p.seed), FaultPlan(parse_faults(p.faults), p.seed))
+    return Inspection(
+        Scanner(noise, p.seed),
+        FaultPlan(parse_faults(p.faults), p.seed),
+        BoxLies(p.pose_noise, p.yaw_noise, p.seed),
+    )
 
 
 def open_stream(p: ConveyorParameters) -> Stream:

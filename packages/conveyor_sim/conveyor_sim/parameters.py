@@ -74,6 +74,23 @@ class ConveyorParameters:
         high=10.0,
         read_only=True,
     )
+    pose_noise: float = parameter(
+        0.0,
+        'How far, at most, a box lies beside the middle of the belt, and behind the guide; the '
+        'scanner sees it.',
+        unit='mm',
+        low=0.0,
+        high=100.0,
+        read_only=True,
+    )
+    yaw_noise: float = parameter(
+        0.0,
+        'How far, at most, a box lies turned on the belt, either way; the scanner sees it.',
+        unit='degrees',
+        low=0.0,
+        high=45.0,
+        read_only=True,
+    )
     weight_sigma: float = parameter(
         0.0,
         'Standard deviation of the weight that the scanner measures.',

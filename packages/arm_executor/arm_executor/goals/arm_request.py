@@ -8,6 +8,8 @@ guide's face to the scanned far side plus the whole margin.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from arm_executor.goals.place_goal import PlaceGoal
 from arm_executor.model.arm_interface import PlaceRequest
 from pack_msgs_py.cell_values import Scan
@@ -22,11 +24,13 @@ from pack_msgs_py.geometry.pose import (
     rotation_matrix,
     stands_upright,
 )
+from pack_msgs_py.picking import levelled, lies_as
 from pack_msgs_py.values import Box, Vec3
 
 #: Neighbours on the belt that stand this near behind the box must be kept clear of.
 NEIGHBOUR_REACH_M = 0.5
-_SAME_HEIGHT_M = 1e-3
+#: What a scanner sees so near to the height of the belt lies on it.
+_SAME_HEIGHT_M = 0.02
 
 
 def neighbours(goal: PlaceGoal, scan: Scan | None) -> tuple[tuple[Box, Pose], ...]:
@@ -50,9 +54,13 @@ def neighbours(goal: PlaceGoal, scan: Scan | None) -> tuple[tuple[Box, Pose], ..
         front_y = low_y + shift
         on_belt = abs(base_z - belt_z) < _SAME_HEIGHT_M
         if other.box.id != box.id and on_belt and 0 <= front_y - back_y <= NEIGHBOUR_REACH_M:
-            # One that was tipped for another decision is tipped back before the belt moves.
-            centre = ((low_x + high_x) / 2, front_y + depth / 2, belt_z + height / 2)
-            near.append((other.box, Pose(centre)))
+            if lies_as(other.pose, Pose()):
+                x, y, z = other.pose.position
+                pose = levelled(replace(other.pose, position=(x, y + shift, z)), Pose())
+            else:
+                # One that was tipped for another decision is tipped back before the belt moves.
+                pose = Pose(((low_x + high_x) / 2, front_y + depth / 2, belt_z + height / 2))
+            near.append((other.box, pose))
     return tuple(near)
 
 

@@ -8,7 +8,8 @@ from collections.abc import Callable, Mapping
 
 from pack_msgs_py.cell_values import Scan, ScannedBox
 from pack_msgs_py.codes import Phase
-from pack_msgs_py.geometry.pose import Pose, turn_between
+from pack_msgs_py.geometry.pose import Pose
+from pack_msgs_py.picking import lies_as
 
 #: Phases of a motion after the box has left the belt.
 _AFTER_PICK = (
@@ -22,8 +23,6 @@ _AFTER_PICK = (
 
 #: The arm goes for a box only in this first share of its pick window; it grasps in the rest.
 START_SHARE = 0.5
-#: A box lies as a goal says up to this angle: more, and another face is up, or half way up.
-LIES_SO_RAD = 0.1
 
 
 class BeltView:
@@ -53,7 +52,8 @@ class BeltView:
     ) -> ScannedBox | None:
         """The box once it is at the pick point; ``None`` after ``timeout_s`` or ``give_up()``.
 
-        It is not there yet while another of its faces is up than at ``pick``. ``None`` at once when
+        It is not there yet while another of its faces is up than at ``pick``, however it is turned
+        about the vertical. ``None`` at once when
         the scan, which is complete, no longer holds the box.
 
         On a belt that lets a box go after a while, a window that is half over is left for the
@@ -66,7 +66,7 @@ class BeltView:
             if scan is None or scanned is None or scanned.pick_open_s is None:
                 return None
             opens_s, closes_s = scanned.pick_open_s, scanned.pick_close_s
-            if opens_s > scan.stamp_s or turn_between(scanned.pose, pick) > LIES_SO_RAD:
+            if opens_s > scan.stamp_s or not lies_as(scanned.pose, pick):
                 return None
             if closes_s is not None:
                 last_s = opens_s + START_SHARE * (closes_s - opens_s)

@@ -29,6 +29,7 @@ from arm_executor.model.arm_interface import (
 )
 from pack_msgs_py.codes import ErrorCode, Mode
 from pack_msgs_py.geometry.resting import resting_pose, with_measured, with_poses
+from pack_msgs_py.picking import expected_pick
 
 #: More candidates of one request than this are answered with BUSY, and those after so many whose
 #: motion was planned, since that is slow.
@@ -143,7 +144,13 @@ class CandidateChecker:
         tools = view.tools
         try:
             sigmas = tools.settings.profile.size_sigmas
-            request = request_of(goal, target.station, view.state.scan, sigmas)
+            scan, box_id = view.state.scan, goal.decision.box.id
+            refused = tools.settings.pick_area.refusal_now(box_id, goal.pick, scan)
+            if refused:
+                text = f'box {box_id!r} cannot be taken where the belt holds it, at {refused}'
+                return Checked(ErrorCode.BOX_NOT_PRESENTED, text)
+            goal = replace(goal, pick=expected_pick(goal.pick, box_id, scan))
+            request = request_of(goal, target.station, scan, sigmas)
             tray_s = _tray_s(goal, view, tools)
             if isinstance(tools.arm, PredictingArm):
                 unlikely = _unlikely(tools.arm, request, view.after, tray_s, enough_s)

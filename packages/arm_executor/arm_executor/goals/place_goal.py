@@ -27,7 +27,8 @@ class PlaceGoal:
     ----------
     decision : what to place where.
     frame_id : frame of ``decision.target``.
-    pick, pick_frame : centre of the box when it is grasped, and the frame of that.
+    pick, pick_frame : centre of the box when it is grasped, as far as is known, and the frame of
+        that; it also says which face is up then.
     deadline_s : seconds since the epoch.
     goal_id : of the action.
     """

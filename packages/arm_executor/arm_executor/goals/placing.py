@@ -18,15 +18,15 @@ from arm_executor.goals.plan_cache import PlanCache
 from arm_executor.goals.reports import GoalTimes, placement_report
 from arm_executor.goals.waiting import Waiting, waiting_for
 from arm_executor.model.arm_interface import Arm, MotionError, MotionHooks, MotionPlan, MotionResult
+from arm_executor.model.pick_area import as_text
 from arm_executor.parameters import ExecutorSettings
 from pack_msgs_py.cell_values import Report
 from pack_msgs_py.codes import ErrorCode, Phase, Reason
-from pack_msgs_py.geometry.pose import Pose, corner_distance, metres
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.geometry.resting import resting_pose, with_poses
+from pack_msgs_py.picking import expected_pick
 from pack_msgs_py.values import Bin
 
-#: A box that the belt holds this far from where the goal says cannot be grasped by its plan.
-PICK_TOLERANCE_M = 0.02
 #: Why a box goes back to the belt, when it is not because a motion failed.
 _WHY_RETURNED = {
     ErrorCode.CANCELED: Reason.OPERATOR,
@@ -100,11 +100,12 @@ class Placing:
         self._tell(Phase.PLANNING, 0.0)
         self._planning_s = self._tools.steady() - self._received_s
         try:
+            self._look()
             # While the belt still brings the box.
             self._waited = self._waiting()
             self._plan()
             self._wait()
-            # With the neighbours on the belt as they stand now; mostly it is the same plan.
+            # With all on the belt as it lies now; mostly it is the same plan.
             plan = self._plan()
         except MotionError as error:
             code, text = self._stopped(error.code, str(error))
@@ -134,6 +135,16 @@ class Placing:
         if code is ErrorCode.CANCELED and self._halted is not None:
             return self._halted
         return code, text
+
+    def _look(self) -> None:
+        """Where the box will lie when it is taken; ``MotionError`` where the arm cannot take it."""
+        goal, scan = self.goal, self._belt.scan
+        box_id = goal.decision.box.id
+        refusal = self._tools.settings.pick_area.refusal_now(box_id, goal.pick, scan)
+        if refusal:
+            msg = f'box {box_id!r} cannot be taken where the belt holds it, at {refusal}'
+            raise MotionError(ErrorCode.BOX_NOT_PRESENTED, msg)
+        self.goal = replace(goal, pick=expected_pick(goal.pick, box_id, scan))
 
     def _plan(self) -> MotionPlan:
         """Plan the motion; ``MotionError`` when there is none, or none that is short enough."""
@@ -174,19 +185,16 @@ class Placing:
             msg = f'canceled before box {box_id!r} was picked'
             raise MotionError(ErrorCode.CANCELED, msg)
         if scanned is None:
+            shown = None if self._belt.scan is None else self._belt.scan.find(box_id)
             why = 'left the belt'
-            if self._belt.scan is not None and self._belt.scan.find(box_id) is not None:
+            if shown is not None:
                 why = f'did not come to the pick point, lying as asked, within {timeout_s:g} s'
+                if shown.pick_open_s is not None:
+                    why += f'; it is at {as_text(shown.pose, pick)} from that'
             msg = f'box {box_id!r} {why}'
             raise MotionError(ErrorCode.BOX_NOT_PRESENTED, msg)
         self._waited = waited
-        distance = corner_distance(scanned.pose, pick, metres(scanned.box.size_mm))
-        if distance > PICK_TOLERANCE_M:
-            msg = (
-                f'box {box_id!r} is held at {_text(scanned.pose)} m, {1e3 * distance:.1f} mm away '
-                f'from pick_pose {_text(pick)} m; {1e3 * PICK_TOLERANCE_M:g} mm are allowed'
-            )
-            raise MotionError(ErrorCode.BOX_NOT_PRESENTED, msg)
+        self._look()
 
     def _waiting(self) -> Waiting:
         """How long the belt and the tray keep the arm waiting, from now on."""
@@ -323,7 +331,3 @@ class Placing:
         ended = replace(result, code=code, message=text)
         times = GoalTimes(self._budget_s, self._planning_s, self._waited)
         return placement_report(self.goal, ended, times, self._tools.wall(), expected)
-
-
-def _text(pose: Pose) -> str:
-    return '({:.3f}, {:.3f}, {:.3f})'.format(*pose.position)

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import queue
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -45,6 +46,7 @@ from arm_executor.goals.outputs import (
     Said,
 )
 from arm_executor.model.arm_interface import Arm
+from arm_executor.model.pick_area import PickArea
 from arm_executor.parameters import ExecutorParameters, destinations_from, settings_from
 from arm_executor.reach.layout_file import layout_for
 from arm_executor.ros.messages import (
@@ -63,6 +65,7 @@ from pack_msgs_py.codes import ErrorCode, Mode
 from pack_msgs_py.ros import conversions, qos
 from pack_msgs_py.ros.declare_parameters import declare_parameters
 from pack_msgs_py.ros.run_node import run_node
+from pack_msgs_py.ros.transforms import ScanFrames
 from pack_msgs_py.values import STATIONS, parse_bin
 
 DIAGNOSTICS_PERIOD_S = 1.0
@@ -110,6 +113,7 @@ class ArmExecutor(Node):
         )
         limit = None if kind.lifting_limit is None else kind.lifting_limit(self._layout)
         settings = settings_from(parameters, limit)
+        settings = replace(settings, pick_area=PickArea(self._layout))
         self._orientations = settings.profile.orientations
         self._journal = Journal(parameters.state_dir, configuration(spec, settings.profile))
         destinations = destinations_from(parameters)
@@ -118,6 +122,7 @@ class ArmExecutor(Node):
             start = read_start_bins(Path(parameters.start_bins))
             check_start_bins(start, spec, parameters.open_bins, settings.profile)
             self._book.begin_with(start)
+        self._frames = ScanFrames(self)
         self._truth = Truth(parameters.state_dir if kind.keeps_true_boxes else '')
         setup = ArmSetup(
             layout=self._layout,
@@ -228,6 +233,7 @@ class ArmExecutor(Node):
     def _on_scan(self, msg: BoxScan) -> None:
         try:
             scan, errors = conversions.scan_from_ros(msg)
+            scan = self._frames.in_cell(scan)
         except ValueError as error:
             self.get_logger().warning(f'box_scan ignored: {error}', throttle_duration_sec=5.0)
             return

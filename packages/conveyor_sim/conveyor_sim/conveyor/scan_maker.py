@@ -59,6 +59,7 @@ class ScanMaker:
             pose = pose_on_tray(seen.size_mm, item.up, item.tipped)
         else:
             pose = loop_pose(item.s_m, self._length_m, seen.size_mm)
+        pose = self._book.lie(item.box.id).of(pose, seen.size_mm)
         return ScannedBox(
             box=seen,
             pose=pose,

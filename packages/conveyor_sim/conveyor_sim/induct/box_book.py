@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from conveyor_sim.ledger.ledger import INSERTED_FROM, BoxRecord, Ledger, LedgerError, Whereabouts
 from conveyor_sim.scanning.inspection import MAX_SCANS, Inspection, joint
+from conveyor_sim.scanning.lie import Lie
 from conveyor_sim.streams.stream import Stream
 from pack_msgs_py.cell_values import BoxEvent
 from pack_msgs_py.codes import BoxEventKind, Reason
@@ -92,6 +93,11 @@ class BoxBook:
         """What the scanner says of the box that rides under this name."""
         record = self._records[box_id]
         return self._inspection.seen(self.box(record), record.ordinal, record.scans)
+
+    def lie(self, box_id: str) -> Lie:
+        """How the box that rides under this name lies on the belt."""
+        record = self._records[box_id]
+        return self._inspection.lie(record.ordinal, record.scans)
 
     def true_pose(self, record: BoxRecord, up: str) -> Pose:
         """Where its centre really is once it is at the pick point, axis ``up`` up; frame `cell`."""

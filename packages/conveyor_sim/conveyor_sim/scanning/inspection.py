@@ -13,6 +13,7 @@ from dataclasses import replace
 from conveyor_sim.belt.tilt_tray import pose_on_tray
 from conveyor_sim.scanning.fault import SOUND, Fault
 from conveyor_sim.scanning.fault_plan import FaultPlan
+from conveyor_sim.scanning.lie import BoxLies, Lie
 from conveyor_sim.scanning.scanner import Scanner
 from pack_msgs_py.geometry.pose import Pose, about_z, quaternion_product
 from pack_msgs_py.values import Box
@@ -26,16 +27,22 @@ MAX_SCANS = 2
 class Inspection:
     """See the module."""
 
-    def __init__(self, scanner: Scanner | None = None, faults: FaultPlan | None = None) -> None:
+    def __init__(
+        self,
+        scanner: Scanner | None = None,
+        faults: FaultPlan | None = None,
+        lies: BoxLies | None = None,
+    ) -> None:
         self._scanner = scanner or Scanner()
         self._faults = faults or FaultPlan()
+        self._lies = lies or BoxLies()
 
     @property
     def key(self) -> str:
         """Equal for inspections that say the same of the same stream."""
         noise = self._scanner.noise
         sigmas = (noise.size_mm, noise.weight_kg, noise.yaw_deg)
-        return f'{self._faults.key}{sigmas if any(sigmas) else ""}'
+        return f'{self._faults.key}{sigmas if any(sigmas) else ""}{self._lies.key}'
 
     def body(self, box: Box, ordinal: int) -> Box:
         """The box as it really is."""
@@ -74,11 +81,16 @@ class Inspection:
 
         In frame `cell`.
         """
-        lies = pose_on_tray(body.size_mm, up, 1.0)
+        straight = pose_on_tray(body.size_mm, up, 1.0)
+        lies = self.lie(ordinal, scans).of(straight, body.size_mm)
         x, y, z = lies.position
         x += self._fault(ordinal, scans).slip_m(self._faults.rng(ordinal, 'slip'))
         yaw = about_z(self._scanner.yaw_rad(ordinal, scans))
         return Pose((x, y, z), quaternion_product(yaw, lies.quaternion))
+
+    def lie(self, ordinal: int, scans: int) -> Lie:
+        """How a box lies on the belt, which the scanner sees."""
+        return self._lies.of(ordinal, scans)
 
     def _fault(self, ordinal: int, scans: int = 1) -> Fault:
         """What is wrong with a box that was scanned ``scans`` times."""

@@ -285,6 +285,29 @@ class RunOptions:
         parameters=('conveyor.size_sigma',),
         in_summary=True,
     )
+    pose_noise_mm: float = option(
+        '0',
+        'how far, at most, boxes lie beside the middle of the belt, and behind its guide; the '
+        'scanner sees it',
+        _BELT,
+        name='pose_noise',
+        read=NumberRange(0, 100, 'mm'),
+        metavar='MM',
+        see='scanner.md',
+        parameters=('conveyor.pose_noise',),
+        in_summary=True,
+    )
+    yaw_noise_deg: float = option(
+        '0',
+        'how far, at most, boxes lie turned on the belt; the scanner sees it',
+        _BELT,
+        name='yaw_noise',
+        read=NumberRange(0, 45, 'degrees'),
+        metavar='DEG',
+        see='scanner.md',
+        parameters=('conveyor.yaw_noise',),
+        in_summary=True,
+    )
     faults: str = option(
         '',
         'what goes wrong with how many of the boxes',

@@ -133,6 +133,12 @@ def turn_between(first: Pose, second: Pose) -> float:
     return 2 * math.acos(min(1.0, dot))
 
 
+def tilt_between(first: Quaternion, second: Quaternion) -> float:
+    """Angle between what is up in two orientations, 0 to pi: turns about the vertical are none."""
+    up, other_up = rotation_matrix(first)[2], rotation_matrix(second)[2]
+    return math.acos(max(-1.0, min(1.0, sum(a * b for a, b in zip(up, other_up, strict=True)))))
+
+
 #: Half a turn about each of the axes.
 _HALF_TURNS: tuple[Quaternion, ...] = (
     (1.0, 0.0, 0.0, 0.0),

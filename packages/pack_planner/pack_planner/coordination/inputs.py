@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Report, Scan
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode
 from pack_msgs_py.values import Bin, Box
+from pack_planner.coordination.set_aside import SetAside
 
 #: Boxes whose last event is remembered: far more than a belt and its bins hold.
 EVENTS_KEPT = 1000
@@ -19,13 +20,10 @@ RESCAN_S = 1.0
 
 
 def check_scan(scan: Scan, now_s: float) -> Scan:
-    """``scan`` itself; ``ValueError`` when its frame or its stamp makes it useless.
+    """``scan`` itself; ``ValueError`` when its stamp makes it useless.
 
     ``now_s`` : the same clock as its stamp, seconds since the epoch.
     """
-    if scan.frame_id != 'cell':
-        msg = f"frame_id is {scan.frame_id!r}; boxes must be given in frame 'cell'"
-        raise ValueError(msg)
     age = now_s - scan.stamp_s
     if abs(age) > SCAN_AGE_S:
         msg = (
@@ -57,6 +55,7 @@ class Inputs:
     _events: dict[str, BoxEvent] = field(default_factory=dict)
     _newest_event_s: float = 0.0
     _doubted: dict[str, tuple[Box, float]] = field(default_factory=dict)
+    _set_aside: SetAside = field(default_factory=SetAside)
 
     def doubt(self, box: Box, report: Report | None) -> None:
         """A goal for this box has failed: maybe because the box is not what was scanned.
@@ -66,6 +65,8 @@ class Inputs:
         """
         if report is not None and report.code is ErrorCode.BOX_MISMATCH:
             self._doubted[box.id] = (box, report.stamp_s)
+        if self.scan is not None and report is not None:
+            self._set_aside.tried(box.id, report.code, report.stamp_s, self.scan)
 
     def _is_doubted(self, box: Box, scan_stamp_s: float) -> bool:
         doubted, since_s = self._doubted.get(box.id, (None, 0.0))
@@ -94,7 +95,13 @@ class Inputs:
         """Boxes on the belt that are to be placed, nearest first.
 
         A box that was picked, placed, rejected or lost may still be in a scan that was made before.
+        One that the arm could not take, time and again, waits until the others have been tried.
         """
+        if self.scan is None:
+            return ()
+        return self._set_aside.offered(self._to_be_placed(), self.scan)
+
+    def _to_be_placed(self) -> tuple[Box, ...]:
         if self.scan is None or self.bins is None:
             return ()
         in_bins = {placed.box.id for target in self.bins.bins for placed in target.boxes}
@@ -125,7 +132,8 @@ class Inputs:
         """Whether the belt shows all it can: the whole look-ahead, or the end of the stream."""
         if self.scan is None:
             return False
-        return self.scan.remaining == 0 or len(self.available()) + self.unusable >= look_ahead
+        shown = len(self._to_be_placed()) + self.unusable
+        return self.scan.remaining == 0 or shown >= look_ahead
 
     def newest_stamp_s(self) -> float:
         """Stamp of the youngest input."""

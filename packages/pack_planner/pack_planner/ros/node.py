@@ -2,7 +2,8 @@
 
 Subscribes
 ----------
-- `box_scan`: what is on the belt.
+- `box_scan`: what is on the belt, in any frame; for another one than `cell` also `/tf` and
+  `/tf_static`.
 - `bin_state`: what is in the open bins.
 - `executor_state`: heartbeat of the arm; its absence means the arm is dead.
 - `placement_report`: how each goal ended.
@@ -50,12 +51,13 @@ from pack_msgs.msg import (
 )
 from pack_msgs.msg import BoxEvent as BoxEventMsg
 from pack_msgs.srv import SwapBin
-from pack_msgs_py.cell_values import Decision
+from pack_msgs_py.cell_values import Decision, Scan
 from pack_msgs_py.checks import check_length, check_name
 from pack_msgs_py.closing import ClosingReason
 from pack_msgs_py.codes import Mode
 from pack_msgs_py.orientation import at_pick
 from pack_msgs_py.parameter_fields import check_value, parameter_fields
+from pack_msgs_py.picking import expected_pick
 from pack_msgs_py.ros import qos
 from pack_msgs_py.ros.conversions import (
     bins_from_ros,
@@ -72,6 +74,7 @@ from pack_msgs_py.ros.conversions import (
 from pack_msgs_py.ros.conversions.content import MOST_BINS
 from pack_msgs_py.ros.declare_parameters import declare_parameters
 from pack_msgs_py.ros.run_node import run_node
+from pack_msgs_py.ros.transforms import ScanFrames
 from pack_msgs_py.values import Bin, frame_name
 from pack_planner.coordination.alternatives import Planned, planned, quick
 from pack_planner.coordination.coordinator import Coordinator
@@ -106,6 +109,8 @@ class PlannerNode(Node):
         settings(self.parameters)  # refuses what no single parameter can tell
         self.add_on_set_parameters_callback(self._change)
         self._sequence = 0
+        self._scan: Scan | None = None
+        self._frames = ScanFrames(self)
         self._known_bins: dict[str, Bin] = {}
         self._planner: Planner | None = None
         self._follower: Planner | None = None
@@ -188,7 +193,9 @@ class PlannerNode(Node):
         scan, errors = scan_from_ros(msg)
         for error in errors:
             self.get_logger().error(f'box left out: {error}', throttle_duration_sec=5.0)
-        self.coordinator.on_scan(check_scan(scan, self._now_s()), len(errors))
+        scan = self._frames.in_cell(check_scan(scan, self._now_s()))
+        self._scan = scan
+        self.coordinator.on_scan(scan, len(errors))
 
     def _on_bins(self, msg: BinStateArray) -> None:
         """Convert only bins that changed: a full bin is the largest message of the cell."""
@@ -304,7 +311,8 @@ class PlannerNode(Node):
         goal.pick_pose.header.stamp = self.get_clock().now().to_msg()
         rule = settings(self.parameters).profile.orientations
         lies = at_pick(decision.orientation, rule)
-        goal.pick_pose.pose = pose_to_ros(pick_pose(decision.box, lies))
+        pick = expected_pick(pick_pose(decision.box, lies), decision.box.id, self._scan)
+        goal.pick_pose.pose = pose_to_ros(pick)
         goal.deadline = time_to_ros(self._now_s() + self.parameters.deadline_s - unhidden_s)
         if not self._action.server_is_ready():
             self.get_logger().warning('place_box has no server yet', throttle_duration_sec=5.0)

@@ -1,0 +1,71 @@
+"""Scans in frame `cell`, whatever frame the scanner gives them in (imports ROS)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from tf2_msgs.msg import TFMessage
+
+from pack_msgs_py.cell_values import Scan
+from pack_msgs_py.geometry.frames import FrameTree, composed
+from pack_msgs_py.geometry.pose import Pose, rotated
+from pack_msgs_py.ros.conversions.basic import time_from_ros
+
+#: The frame in which the cell reckons.
+CELL_FRAME = 'cell'
+#: As tf2 listens.
+_TF = QoSProfile(depth=100)
+_TF_STATIC = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class ScanFrames:
+    """Brings scans into frame `cell`, by what ``node`` hears on `/tf` and `/tf_static`.
+
+    It listens there only once a scan has come in another frame.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._tree = FrameTree()
+        self._listens = False
+
+    def in_cell(self, scan: Scan) -> Scan:
+        """``scan`` with its poses, and the belt's velocity, in frame `cell`.
+
+        Raises
+        ------
+        UnknownTransform
+            Nobody has told yet where the frame of the scan is; the message says how to.
+        """
+        if scan.frame_id == CELL_FRAME:
+            return scan
+        self._listen()
+        frame = self._tree.pose_of(scan.frame_id, CELL_FRAME, scan.stamp_s)
+        boxes = tuple(replace(item, pose=composed(frame, item.pose)) for item in scan.boxes)
+        velocity = rotated(frame.quaternion, scan.belt_velocity)
+        return replace(scan, frame_id=CELL_FRAME, boxes=boxes, belt_velocity=velocity)
+
+    def _listen(self) -> None:
+        if self._listens:
+            return
+        self._listens = True
+        for topic, profile, static in (('/tf', _TF, False), ('/tf_static', _TF_STATIC, True)):
+
+            def hear(msg: TFMessage, static: bool = static) -> None:
+                self._hear(msg, static)
+
+            self._node.create_subscription(TFMessage, topic, hear, profile)
+
+    def _hear(self, msg: TFMessage, static: bool) -> None:
+        for item in msg.transforms:
+            shift, turn = item.transform.translation, item.transform.rotation
+            pose = Pose((shift.x, shift.y, shift.z), (turn.x, turn.y, turn.z, turn.w))
+            self._tree.add(
+                item.child_frame_id,
+                item.header.frame_id,
+                pose,
+                time_from_ros(item.header.stamp),
+                is_static=static,
+            )
