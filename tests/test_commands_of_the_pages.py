@@ -20,7 +20,7 @@ PAGES = [
     *sorted(ROOT.glob('docs/**/*.md')),
     *sorted(ROOT.glob('packages/*/README.md')),
 ]
-VERBS = ('demo', 'run', 'report', 'compare', 'bench', 'tune', 'layout', 'journal')
+VERBS = ('demo', 'run', 'view', 'report', 'compare', 'bench', 'tune', 'layout', 'journal')
 
 #: What stands for something of the reader's own, and what may stand there in a test.
 PLACEHOLDERS = {'S': '2', 'K': '2', 'N': '1', 'RULE': 'largest', 'NAME': 'ur10e'}
@@ -71,3 +71,9 @@ def test_the_commands_of_a_page_can_be_given(page: Path) -> None:
         scripts = [word for word in words if word.endswith('.py') and '/' in word]
         if 'python' in words[:2]:
             assert all((ROOT / script).exists() for script in scripts), words
+
+
+def test_cell_knows_every_verb_of_the_command_line() -> None:
+    listed = re.findall(r'(?m)^  ([a-z0-9]+)  ', (ROOT / 'cell').read_text())
+    (verbs,) = (action for action in build_parser()._actions if action.dest == 'verb')
+    assert set(verbs.choices or ()) <= set(listed)

@@ -4,6 +4,7 @@ from setuptools import find_packages, setup
 
 PACKAGE = 'pack_cell'
 _WEB = ('css', 'html', 'js')
+_ROOMS = ('pages', 'report_page', 'view', 'what_if')
 
 setup(
     name=PACKAGE,
@@ -13,7 +14,7 @@ setup(
         PACKAGE: [
             'py.typed',
             'bench/data/*.csv',
-            *(f'{room}/*.{kind}' for room in ('pages', 'report_page', 'what_if') for kind in _WEB),
+            *(f'{room}/*.{kind}' for room in _ROOMS for kind in _WEB),
         ]
     },
     data_files=[
@@ -37,6 +38,9 @@ setup(
         'PyYAML',
         'rich',
         'scipy',
+        'trimesh',
+        'viser',
+        'websockets',
     ],
     extras_require={
         'cluster': ['distributed'],
@@ -52,6 +56,7 @@ setup(
             'cell = pack_cell.cli:main',
             'recorder = pack_cell.ros.recorder:main',
             'topic_recorder = pack_cell.ros.topic_recorder:main',
+            'viewer = pack_cell.ros.viewer:main',
         ]
     },
 )

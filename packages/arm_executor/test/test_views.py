@@ -6,6 +6,8 @@ import threading
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 pytest.importorskip('pybullet')
 pytest.importorskip('toppra')
@@ -22,7 +24,9 @@ from visualization_msgs.msg import Marker, MarkerArray
 from arm_executor.model.kinematics import CellKinematics
 from arm_executor.model.layout import Layout, bin_frame
 from arm_executor.model.robot_data import ROBOTS
+from arm_executor.ros.markers import MarkerNumbers
 from arm_executor.ros.node import ArmExecutor
+from arm_executor.ros.views import REST_PERIOD_S, velocities
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.geometry.pose import Pose, rotation_matrix
 from pack_msgs_py.ros import qos
@@ -158,8 +162,9 @@ def test_box_is_seen_on_the_belt_then_in_the_gripper_then_in_the_bin(start):
         [edge / 1000 for edge in box.size_mm]
     )
     last = shown.messages[-1].markers
-    assert last[0].action == Marker.DELETEALL
-    assert {marker.ns for marker in last[1:]} >= {'cell', 'bins', 'boxes'}
+    assert {marker.ns for marker in last} >= {'cell', 'bins', 'boxes'}
+    assert {marker.action for marker in last if marker.ns == 'gripper'} == {Marker.DELETE}
+    assert not [marker for marker in last if marker.action == Marker.DELETEALL]
     assert len({(marker.ns, marker.id) for marker in last}) == len(last)
 
 
@@ -195,3 +200,35 @@ def test_layout_that_cannot_work_ends_the_start_with_code_2_and_the_reason(
         process.close()
     assert '[FATAL]' in process.text()
     assert message in process.text()
+
+
+@given(st.lists(st.sets(st.sampled_from('abcdefgh'), max_size=6), min_size=1, max_size=12))
+def test_markers_keep_their_ids_and_each_message_ends_all_that_is_gone(contents):
+    numbers, shown, before = MarkerNumbers(), {}, {}
+    for keys in contents:
+        given_ids = numbers.number('belt', keys)
+        assert all(given_ids[key] == before[key] for key in before.keys() & keys)
+        assert len(set(given_ids.values())) == len(keys)
+        for _, number in numbers.free():
+            shown.pop(number, None)
+        shown.update({number: key for key, number in given_ids.items()})
+        assert sorted(shown.values()) == sorted(keys), 'a viewer shows what is there, and no more'
+        before = given_ids
+
+
+def test_velocities_are_by_how_much_the_joints_have_moved_since():
+    names = ('rail', 'elbow')
+    before, now = (names, (0.0, 1.0)), (names, (0.1, 0.95))
+    assert velocities(before, now, 0.05) == pytest.approx([2.0, -1.0])
+    assert velocities(((), ()), now, 0.05) == [0.0, 0.0]
+    assert velocities(before, now, 0.0) == [0.0, 0.0]
+
+
+def test_an_arm_at_rest_goes_on_to_say_where_it_is(start):
+    bench = start()
+    moving = Heard(bench, TFMessage, '/tf', QoSProfile(depth=100))
+    states = Heard(bench, JointState, 'joint_states', QoSProfile(depth=100))
+    states.wait(lambda messages: len(messages) >= 3)
+    moving.wait(lambda messages: len(messages) >= 3)
+    assert {tuple(message.velocity) for message in states.messages} == {(0.0,) * 7}
+    assert REST_PERIOD_S <= 0.1, 'a look-up of now finds no transform'

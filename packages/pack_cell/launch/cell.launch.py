@@ -5,12 +5,12 @@ from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-from pack_cell.launching import FORMER_NAMES, launch_arguments, launched_nodes
+from pack_cell.launching import FORMER_NAMES, is_on, launch_arguments, launched_nodes
 from pack_cell.running.node_commands import NODES
 
 
 def nodes(context: LaunchContext) -> list[Node]:
-    """The three nodes, with the parameters that the arguments mean, and who records them."""
+    """The three nodes with the parameters that the arguments mean, who records and who shows."""
 
     def given(name: str) -> str:
         return LaunchConfiguration(name).perform(context)
@@ -19,28 +19,23 @@ def nodes(context: LaunchContext) -> list[Node]:
     # Launch itself passes over arguments that nobody declared.
     texts |= {name: given(name) for name in FORMER_NAMES if name in context.launch_configurations}
     parameters = launched_nodes(texts, given('state_dir'))
+    started = [
+        (package, executable, parameters[name]) for name, (package, executable) in NODES.items()
+    ]
     recorder = {'file': given('record'), 'state_dir': given('state_dir')}
-    recorders = [
+    if any(recorder.values()):
+        started.insert(0, ('pack_cell', 'topic_recorder', recorder))
+    if is_on('view', given('view')):
+        started.append(('pack_cell', 'viewer', {'port': int(given('view_port'))}))
+    return [
         Node(
-            package='pack_cell',
-            executable='topic_recorder',
+            package=package,
+            executable=executable,
             namespace=given('namespace'),
             output='screen',
-            parameters=[recorder],
+            parameters=[values],
         )
-    ]
-    return [
-        *(recorders if any(recorder.values()) else []),
-        *(
-            Node(
-                package=package,
-                executable=executable,
-                namespace=given('namespace'),
-                output='screen',
-                parameters=[parameters[name]],
-            )
-            for name, (package, executable) in NODES.items()
-        ),
+        for package, executable, values in started
     ]
 
 
@@ -56,6 +51,10 @@ def generate_launch_description() -> LaunchDescription:
         DeclareLaunchArgument(
             'record', default_value='', description='MCAP file for every topic; empty: none'
         ),
+        DeclareLaunchArgument(
+            'view', default_value='false', description='show the cell on a page in the browser'
+        ),
+        DeclareLaunchArgument('view_port', default_value='8080', description='port of that page'),
         *(
             DeclareLaunchArgument(
                 argument.name, default_value=argument.default, description=argument.description

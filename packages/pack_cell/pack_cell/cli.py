@@ -18,11 +18,13 @@ from pack_cell.report_page.command import add_report, run_report
 from pack_cell.running.kept_run import kept_run
 from pack_cell.running.node_parameters import check_cell, tuned_note
 from pack_cell.running.run import EXIT_USAGE, resume, run
+from pack_cell.running.viewing import add_view, run_view
 from pack_cell.tune.options import add_tune
 from pack_cell.what_if.options import add_compare
 
 #: Forty boxes of the project's own list; all else is as when nothing is said.
 DEMO = {'count': 40}
+DEMO_OPTIONS = ('algorithm', 'profile', 'speed', 'out', 'view', 'view_port')
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -36,7 +38,7 @@ def build_parser() -> argparse.ArgumentParser:
         'of five decides, the arm packs them into LDC bins (120x80x80 cm). Prints a '
         'line per box and a summary; writes runs/<time>/.',
     )
-    add_options(demo, RunOptions, only=('algorithm', 'profile', 'speed', 'out'))
+    add_options(demo, RunOptions, only=DEMO_OPTIONS)
     runner = verbs.add_parser(
         'run',
         help='run the cell on boxes and settings of your own',
@@ -46,6 +48,7 @@ def build_parser() -> argparse.ArgumentParser:
         'option or file; 3: a node died; 4: the run stalled.',
     )
     add_options(runner, RunOptions)
+    add_view(verbs)
     add_report(verbs)
     add_compare(verbs)
     add_bench(verbs)
@@ -73,6 +76,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         from pack_cell.what_if.command import run_compare
 
         return run_compare(parsed, given)
+    if parsed.verb == 'view':
+        return run_view(parsed)
     if parsed.verb == 'report':
         return run_report(parsed)
     if parsed.verb == 'layout':

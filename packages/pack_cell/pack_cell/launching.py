@@ -50,6 +50,23 @@ def launch_arguments() -> list[LaunchArgument]:
     return arguments
 
 
+def is_on(name: str, text: str) -> bool:
+    """Whether the argument ``name``, given as ``text``, switches something on.
+
+    Raises
+    ------
+    ValueError
+        The text says neither.
+    """
+    word = text.strip().lower()
+    if word in ('true', '1', 'yes', 'on'):
+        return True
+    if word in ('false', '0', 'no', 'off'):
+        return False
+    msg = f'cell.launch.py: argument {name}: {text!r} is neither true nor false'
+    raise ValueError(msg)
+
+
 def launched_nodes(texts: Mapping[str, str], state_dir: str = '') -> dict[str, dict[str, Any]]:
     """Parameters of each node, by its name, for the ``texts`` of arguments by their names.
 

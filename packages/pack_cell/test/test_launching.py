@@ -20,6 +20,7 @@ OF_THE_RUN = {
     *('--help', '--record', '--respawn', '--resume', '--stall-timeout', '--out', '--quiet'),
     '--planner',
 }
+OF_THE_RUN |= {'--view', '--view-port'}
 
 
 def test_every_option_of_a_node_is_an_argument_of_the_same_name():
@@ -171,3 +172,11 @@ def test_the_launch_file_starts_the_nodes_with_their_parameters(launch_file):
 def test_the_launch_file_refuses_a_former_name(launch_file):
     with pytest.raises(ValueError, match='bin_type: it is called bin now'):
         launched(launch_file, bin_type='EQ')
+
+
+def test_the_launch_file_shows_the_page_when_it_is_asked_to(launch_file):
+    nodes = launched(launch_file, view='true', view_port='8090', namespace='north')
+    assert nodes['viewer']['parameters'] == [{'port': 8090}]
+    assert nodes['viewer']['namespace'] == 'north'
+    with pytest.raises(ValueError, match="view: 'perhaps' is neither true nor false"):
+        launched(launch_file, view='perhaps')

@@ -1,6 +1,6 @@
 """What viewers need: joints, transforms, the robot's description, markers (imports ROS).
 
-- `joint_states` (sensor_msgs/JointState): 20 Hz while the arm moves, else once a second
+- `joint_states` (sensor_msgs/JointState), with velocities: 20 Hz while the arm moves, else 10 Hz
 - `/tf` (tf2_msgs/TFMessage): the moving joints, together with `joint_states`
 - `robot_time` (rosgraph_msgs/Clock): robot time of each of these, from the start of the node on
 - `/tf_static`: fixed parts of the arm, `belt` (head of the belt) and the frames of the bins
@@ -27,7 +27,7 @@ from arm_executor.model.layout import Layout, bin_frame
 from arm_executor.model.robot_data import find_robot
 from arm_executor.model.tree import ROOT, Joint, cell_joints
 from arm_executor.model.urdf import cell_urdf
-from arm_executor.ros.markers import Scene, markers
+from arm_executor.ros.markers import MarkerNumbers, Scene, markers
 from arm_executor.ros.robot_time import RobotTime
 from pack_msgs_py.cell_values import BoxEvent, Scan
 from pack_msgs_py.codes import BoxEventKind
@@ -36,10 +36,21 @@ from pack_msgs_py.ros import qos
 from pack_msgs_py.values import STATIONS, BinSpec, frame_name
 
 JOINTS_PERIOD_S, MARKERS_PERIOD_S = 0.05, 0.2
-#: An arm at rest says where it is every so many periods.
-_AT_REST = 20
+#: An arm at rest says where it is less often, but often enough for who looks up a transform of now.
+REST_PERIOD_S = 0.1
+_AT_REST = round(REST_PERIOD_S / JOINTS_PERIOD_S)
 
 Joints = tuple[tuple[str, ...], tuple[float, ...]]
+
+
+def velocities(before: Joints, now: Joints, seconds: float) -> list[float]:
+    """By how much each joint has moved a second since ``before``: m/s, rad/s; 0 for a first look.
+
+    Of the wall clock, as the stamps are: at speed 2 the arm moves twice as fast.
+    """
+    if before[0] != now[0] or seconds <= 0:
+        return [0.0] * len(now[1])
+    return [(b - a) / seconds for a, b in zip(before[1], now[1], strict=True)]
 
 
 class Views:
@@ -69,8 +80,10 @@ class Views:
         robot = find_robot(layout.robot)
         self._tree = cell_joints(robot, layout) if shows_robot else ()
         self._last: Joints = ((), ())
+        self._last_s = 0.0
         self._rested = 0
         self._scene = Scene(layout, self._tree)
+        self._numbers = MarkerNumbers()
         self._changed = True
         self._watchers = 0
         self._states = node.create_publisher(JointState, 'joint_states', 10)
@@ -112,10 +125,12 @@ class Views:
         self._rested = 0 if now != self._last else self._rested + 1
         if not now[0] or self._rested % _AT_REST:
             return
-        self._last = now
-        stamp = self._node.get_clock().now().to_msg()
+        clock_now = self._node.get_clock().now()
+        now_s, stamp = 1e-9 * clock_now.nanoseconds, clock_now.to_msg()
         msg = JointState(name=list(now[0]), position=list(now[1]))
+        msg.velocity = velocities(self._last, now, now_s - self._last_s)
         msg.header.stamp = stamp
+        self._last, self._last_s = now, now_s
         self._states.publish(msg)
         if self._tf.get_subscription_count():
             moving = (joint for joint in self._tree if joint.index is not None)
@@ -131,7 +146,8 @@ class Views:
         self._watchers = watchers
         if wanted:
             self._changed = False
-            self._markers.publish(markers(self._scene, self._node.get_clock().now().to_msg()))
+            stamp = self._node.get_clock().now().to_msg()
+            self._markers.publish(markers(self._scene, self._numbers, stamp))
 
     # -- transforms ------------------------------------------------------------------------------
 

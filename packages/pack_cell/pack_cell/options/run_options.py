@@ -30,6 +30,7 @@ from pack_cell.options.declaration import (
     declared_options,
     option,
 )
+from pack_cell.options.page_address import DEFAULT_PORT
 from pack_cell.options.parsers import (
     CLEARANCE,
     RESOLUTION,
@@ -486,6 +487,24 @@ class RunOptions:
         default_text='a new run',
         see='reliability.md#go-on-after-a-power-cut',
         launched=False,
+    )
+    view: bool = option(
+        '',
+        'show the run on a page in the browser, on this machine alone',
+        _OUTPUT,
+        flag=True,
+        see='view.md',
+        launched=False,
+        resumable=True,
+    )
+    view_port: int = option(
+        f'{DEFAULT_PORT}',
+        'port of that page, 0 for any free one',
+        _OUTPUT,
+        read=whole(0, 65535),
+        metavar='N',
+        launched=False,
+        resumable=True,
     )
     quiet: bool = option(
         '', 'no progress, only the summary', _OUTPUT, flag=True, launched=False, resumable=True

@@ -37,6 +37,7 @@ from pack_cell.running.memory import MemoryWatch
 from pack_cell.running.node_commands import RECORDER, node_specs, write_parameters
 from pack_cell.running.ros_domain import DomainLock, DomainTaken, hold_domain, loopback_trouble
 from pack_cell.running.supervisor import Supervisor
+from pack_cell.running.viewing import PageProcess
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.values import Box
 
@@ -194,9 +195,13 @@ def _run(kept: KeptRun, began: float, domain: DomainLock) -> int:
         known = books_of_bins(state)
         supervisor.start()
         write_pids(folder, supervisor)
+        if options.view:
+            watch.page = PageProcess(options.view_port, folder / 'log' / 'view.log')
         try:
             ending = watch.until_done(display, known)
         finally:
+            if watch.page is not None:
+                watch.page.close()
             supervisor.stop()
             watch.close()
     log.ended()
@@ -269,6 +274,7 @@ class RunWatch:
     began: float
     folder: Path
     log: RunLog
+    page: PageProcess | None = None
 
     def __post_init__(self) -> None:
         self.problems: list[str] = []
@@ -298,6 +304,8 @@ class RunWatch:
         self._last_change = time.monotonic()
         while True:
             recorder.listen(0.1)
+            if self.page is not None and (news := self.page.news()):
+                display.say(news)
             ending = self._ending(display)
             if ending is not None:
                 return ending

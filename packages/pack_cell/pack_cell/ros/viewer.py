@@ -1,0 +1,253 @@
+"""Node `viewer`: listens to the cell for the live page, and passes on what its buttons ask for.
+
+It only listens and calls services: the cell does not notice whether it is there.
+
+Subscribes
+    box_scan, bin_state, bin_closed, bin_closing, placements, placement_report, box_event,
+    executor_state, joint_states, robot_description, /diagnostics
+Parameters
+    host, port: where the page is served; port 0 takes any free one
+Calls
+    arm_executor/pause, arm_executor/stop, arm_executor/reset, swap_bin, conveyor/drain,
+    arm_executor/get_parameters
+"""
+
+from __future__ import annotations
+
+import os
+import queue
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rcl_interfaces.srv import GetParameters
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, qos_profile_sensor_data
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from std_srvs.srv import SetBool, Trigger
+
+from arm_executor.model.layout import LayoutError
+from arm_executor.reach.layout_file import find_layout
+from pack_cell.options.page_address import DEFAULT_PORT, LOOPBACK
+from pack_cell.view.cell_view import CellView
+from pack_cell.view.page import CellPage, Order, PageAddress
+from pack_cell.view.robot_shapes import read_urdf
+from pack_cell.view.web_server import PageTaken
+from pack_msgs.msg import (
+    BinState,
+    BinStateArray,
+    BoxEvent,
+    BoxScan,
+    ExecutorState,
+    PlacementDecision,
+    PlacementReport,
+)
+from pack_msgs.srv import SwapBin
+from pack_msgs_py.codes import Mode
+from pack_msgs_py.ros import conversions, qos
+from pack_msgs_py.ros.run_node import run_node
+
+SCENE_PERIOD_S, TEXT_PERIOD_S, STATE_PERIOD_S = 0.05, 0.5, 0.25
+#: A service that has not answered by then is not there.
+PATIENCE_S = 3.0
+
+
+class Viewer(Node):
+    """See the module; ``address`` is where the page is served, by default as parameters say."""
+
+    def __init__(self, address: PageAddress | None = None, **node_arguments: Any) -> None:  # noqa: ANN401
+        super().__init__('viewer', **node_arguments)
+        if address is None:
+            host = self.declare_parameter('host', LOOPBACK).value
+            address = PageAddress(host, self.declare_parameter('port', DEFAULT_PORT).value)
+        self.view = CellView(time.monotonic, int(os.environ.get('ROS_DOMAIN_ID') or 0))
+        self._orders: queue.SimpleQueue[tuple[Order, str]] = queue.SimpleQueue()
+        self._bins: BinStateArray | None = None
+        self._seen = False
+        self._wake = self.create_guard_condition(self._pass_on)
+        self.page = CellPage(self.view, address, self._on_button)
+        self.url = f'http://{address.host}:{self.page.port}/'
+        self._listen()
+        self._pause = self.create_client(SetBool, 'arm_executor/pause')
+        self._stop = self.create_client(Trigger, 'arm_executor/stop')
+        self._reset = self.create_client(Trigger, 'arm_executor/reset')
+        self._swap = self.create_client(SwapBin, 'swap_bin')
+        self._drain = self.create_client(SetBool, 'conveyor/drain')
+        self._parameters = self.create_client(GetParameters, 'arm_executor/get_parameters')
+        self.create_timer(SCENE_PERIOD_S, self._show_scene)
+        self.create_timer(TEXT_PERIOD_S, self._show_text)
+        self.create_timer(STATE_PERIOD_S, self.page.refresh_state)
+        self._asked_layout = self.create_timer(1.0, self._ask_layout)
+
+    def destroy_node(self) -> None:
+        """Stop serving, then the node."""
+        self.page.close()
+        super().destroy_node()
+
+    # -- what is heard ---------------------------------------------------------------------------
+
+    def _listen(self) -> None:
+        view = self.view
+        cell: dict[str, tuple[type, Callable[[Any], None]]] = {
+            'box_scan': (BoxScan, lambda msg: view.on_scan(conversions.scan_from_ros(msg)[0])),
+            'bin_state': (BinStateArray, self._on_bins),
+            'bin_closed': (BinState, lambda msg: view.on_closed(conversions.bin_from_ros(msg))),
+            'bin_closing': (
+                DiagnosticStatus,
+                lambda msg: view.on_closing(conversions.closing_from_ros(msg)),
+            ),
+            'placements': (
+                PlacementDecision,
+                lambda msg: view.on_decision(conversions.decision_from_ros(msg)),
+            ),
+            'placement_report': (
+                PlacementReport,
+                lambda msg: view.on_report(conversions.report_from_ros(msg)),
+            ),
+            'box_event': (BoxEvent, lambda msg: view.on_event(conversions.event_from_ros(msg))),
+            'executor_state': (ExecutorState, self._on_heartbeat),
+        }
+        others: dict[str, tuple[type, Callable[[Any], None], QoSProfile]] = {
+            'joint_states': (
+                JointState,
+                lambda msg: view.on_joints(dict(zip(msg.name, msg.position, strict=True))),
+                qos_profile_sensor_data,
+            ),
+            'robot_description': (
+                String,
+                lambda msg: view.on_robot(read_urdf(msg.data)),
+                qos.STATE,
+            ),
+            '/diagnostics': (DiagnosticArray, self._on_diagnostics, QoSProfile(depth=10)),
+        }
+        for topic, (kind, take) in cell.items():
+            self.create_subscription(kind, topic, self._guarded(topic, take), qos.TOPICS[topic])
+        for topic, (kind, take, profile) in others.items():
+            self.create_subscription(kind, topic, self._guarded(topic, take), profile)
+
+    def _guarded(self, topic: str, take: Callable[[Any], None]) -> Callable[[Any], None]:
+        """``take`` that notes a message it cannot use instead of failing."""
+
+        def guarded(msg: Any) -> None:  # noqa: ANN401 - any message type
+            try:
+                take(msg)
+            except ValueError as error:
+                self.get_logger().warning(f'{topic}: {error}', throttle_duration_sec=5.0)
+
+        return guarded
+
+    def _on_bins(self, msg: BinStateArray) -> None:
+        # The largest message of the cell: converted only for somebody who looks.
+        self._bins = msg
+
+    def _on_heartbeat(self, msg: ExecutorState) -> None:
+        self.view.on_heartbeat(Mode(msg.mode), msg.active_box_id, msg.message)
+
+    def _on_diagnostics(self, msg: DiagnosticArray) -> None:
+        for status in msg.status:
+            if status.name.rpartition('/')[2] == 'conveyor':
+                self.view.on_belt(status.message)
+
+    # -- where everything stands -----------------------------------------------------------------
+
+    def _ask_layout(self) -> None:
+        if not self._parameters.service_is_ready():
+            return
+        self._asked_layout.cancel()
+        request = GetParameters.Request(names=['layout', 'robot'])
+        self._parameters.call_async(request).add_done_callback(self._on_layout)
+
+    def _on_layout(self, future: Any) -> None:  # noqa: ANN401 - rclpy's future
+        path, robot = (value.string_value for value in future.result().values)
+        try:
+            self.page.stand_like(find_layout(path, robot))
+        except LayoutError as error:
+            self.get_logger().warning(f'belt and bins are drawn where they usually stand: {error}')
+
+    # -- what is shown ---------------------------------------------------------------------------
+
+    def _show_scene(self) -> None:
+        if not self.page.watched:
+            self._seen = False
+            return
+        if not self._seen:
+            self._seen = True
+            self._show_text()
+        if self._bins is not None:
+            msg, self._bins = self._bins, None
+            self._guarded('bin_state', self._take_bins)(msg)
+        self.page.refresh_scene()
+
+    def _take_bins(self, msg: BinStateArray) -> None:
+        self.view.on_bins(conversions.bins_from_ros(msg))
+
+    def _show_text(self) -> None:
+        if self.page.watched:
+            self.page.refresh_text()
+
+    # -- what the buttons ask for ----------------------------------------------------------------
+
+    def _on_button(self, order: Order, bin_id: str) -> None:
+        """From a thread of the page."""
+        self._orders.put((order, bin_id))
+        self._wake.trigger()
+
+    def _pass_on(self) -> None:
+        while not self._orders.empty():
+            order, bin_id = self._orders.get()
+            if order in (Order.PAUSE, Order.RESUME):
+                self._call(self._pause, SetBool.Request(data=order is Order.PAUSE))
+            elif order in (Order.DRAIN, Order.FEED):
+                self._call(self._drain, SetBool.Request(data=order is Order.DRAIN))
+            elif order is Order.STOP:
+                self._call(self._stop, Trigger.Request())
+            elif order is Order.RESET:
+                self._call(self._reset, Trigger.Request())
+            elif order is Order.SWAP_BIN:
+                self._call(self._swap, SwapBin.Request(bin_id=bin_id))
+
+    def _call(self, client: Any, request: Any) -> None:  # noqa: ANN401 - any service
+        if not client.service_is_ready():
+            self.page.tell(f'Nobody answers to {client.srv_name}: is the cell running?', good=False)
+            return
+        client.call_async(request).add_done_callback(partial(self._on_answer, client.srv_name))
+
+    def _on_answer(self, name: str, future: Any) -> None:  # noqa: ANN401 - rclpy's future
+        answer = future.result()
+        text = answer.message or name.rpartition('/')[2]
+        self.page.tell(text, good=answer.success)
+
+
+def serve_page(address: PageAddress, told: Callable[[str], None]) -> None:
+    """Serve the page until a signal; ``told`` hears where it is.
+
+    Raises
+    ------
+    SystemExit
+        With code 0 after a signal, 2 when the address cannot be had.
+    """
+
+    def make() -> Viewer:
+        viewer = Viewer(address)
+        told(viewer.url)
+        return viewer
+
+    run_node('viewer', make, args=[], cannot_start=(PageTaken,))
+
+
+def main(args: list[str] | None = None) -> None:
+    """Run the node alone, as `ros2 run` and the launch file do."""
+
+    def make() -> Viewer:
+        viewer = Viewer()
+        viewer.get_logger().info(f'the cell is shown at {viewer.url}')
+        return viewer
+
+    run_node('viewer', make, args=args, cannot_start=(PageTaken,))
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,1 @@
+"""The live page: what it shows, from values to a web page (no ROS)."""

@@ -1,0 +1,192 @@
+"""What the page knows of the cell, gathered from the topics; any order, any repetition."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from arm_executor.model.box_on_pad import BoxOnPad, held_by_pad
+from pack_cell.view.alarm_list import AlarmList
+from pack_cell.view.banner import Banner, Signs, banner_of
+from pack_cell.view.live_figures import LiveFigures, SeenBefore
+from pack_cell.view.robot_shapes import RobotShapes
+from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Report, Scan
+from pack_msgs_py.closing import ClosingReason
+from pack_msgs_py.codes import BoxEventKind, Mode, PlacementStatus
+from pack_msgs_py.geometry.pose import metres
+from pack_msgs_py.values import Bin
+
+#: Frame of the pad's face, to which a box in the gripper is fixed.
+PAD_FRAME = 'tcp'
+
+
+@dataclass
+class CellView:
+    """Feeds on what the nodes say; ``clock`` tells seconds that never run back.
+
+    ``belt_end_m`` and ``belt_low_m`` are how far (y) and how low (z, frame `cell`) boxes ride.
+    ``scene_changes`` and ``text_changes`` count what could be drawn or written anew.
+    """
+
+    clock: Callable[[], float]
+    domain: int = 0
+    robot: RobotShapes | None = None
+    scan: Scan | None = None
+    bins: tuple[Bin, ...] = ()
+    joints: dict[str, float] = field(default_factory=dict)
+    held: BoxOnPad | None = None
+    last_placed: str = ''
+    decision: Decision | None = None
+    last_closing: ClosingReason | None = None
+    belt_end_m: float = -math.inf
+    belt_low_m: float = math.inf
+    figures: LiveFigures = field(default_factory=LiveFigures)
+    alarms: AlarmList = field(default_factory=AlarmList)
+    scene_changes: int = 0
+    text_changes: int = 0
+
+    def __post_init__(self) -> None:
+        self._seen = SeenBefore()
+        self._carried: Decision | None = None
+        self._mode: Mode | None = None
+        self._message = ''
+        self._active = ''
+        self._heard_s: float | None = None
+        self._belt = ''
+
+    # -- what is heard ---------------------------------------------------------------------------
+
+    def on_robot(self, robot: RobotShapes) -> None:
+        """The arm looks like this."""
+        self.robot = robot
+        self.scene_changes += 1
+
+    def on_scan(self, scan: Scan) -> None:
+        """The belt is now like this."""
+        self.scan = scan
+        for scanned in scan.boxes:
+            (_, y, z), half = scanned.pose.position, metres(scanned.box.size_mm)[2] / 2
+            self.belt_end_m = max(self.belt_end_m, math.ceil(2 * y + 0.5) / 2)
+            self.belt_low_m = min(self.belt_low_m, round(z - half, 1))
+        self._changed()
+
+    def on_bins(self, snapshot: BinSnapshot) -> None:
+        """These bins stand in the cell."""
+        self.bins = snapshot.bins
+        self._changed()
+
+    def on_closed(self, closed: Bin) -> None:
+        """A bin was taken away."""
+        self.figures.add_closed(closed)
+        self.text_changes += 1
+
+    def on_closing(self, reason: ClosingReason) -> None:
+        """Why a bin is taken away."""
+        self.last_closing = reason
+        self.text_changes += 1
+
+    def on_decision(self, decision: Decision) -> None:
+        """The planner has decided."""
+        if self._seen(('decision', decision.box.id, decision.sequence, decision.stamp_s)):
+            return
+        self.figures.add_decision(decision)
+        self.decision = decision
+        self._changed()
+
+    def on_report(self, report: Report) -> None:
+        """A goal has ended."""
+        if self._seen(('report', report.goal_id)):
+            return
+        self.figures.add_report(report)
+        self.alarms.add_report(report)
+        self._changed()
+
+    def on_event(self, event: BoxEvent) -> None:
+        """Something happened to a box."""
+        if self._seen(('event', event.box_id, event.event, event.stamp_s)):
+            return
+        self.figures.add_event(event)
+        self.alarms.add_event(event)
+        if event.event is BoxEventKind.PICKED:
+            self._pick(event.box_id)
+        elif self._carried is not None and self._carried.box.id == event.box_id:
+            self._carried = None
+        if event.event is not BoxEventKind.PICKED:
+            if self.held is not None and self.held.box.id == event.box_id:
+                self.held = None
+            if self.decision is not None and self.decision.box.id == event.box_id:
+                self.decision = None
+        if event.event is BoxEventKind.PLACED:
+            self.last_placed = event.box_id
+        self._changed()
+
+    def on_heartbeat(self, mode: Mode, active_box: str, message: str) -> None:
+        """The arm is alive, and in this mode."""
+        self._heard_s = self.clock()
+        if (mode, active_box, message) != (self._mode, self._active, self._message):
+            self._mode, self._active, self._message = mode, active_box, message
+            self.text_changes += 1
+
+    def on_joints(self, positions: Mapping[str, float]) -> None:
+        """The joints are there: radians, and metres along the rail."""
+        self.joints.update(positions)
+
+    def on_belt(self, condition: str) -> None:
+        """What the belt says of itself, such as ``running`` or ``paused``."""
+        if condition != self._belt:
+            self._belt = condition
+            self.text_changes += 1
+
+    # -- what is shown ---------------------------------------------------------------------------
+
+    @property
+    def planned(self) -> tuple[Decision, ...]:
+        """Placements that are still to come: the one under way, and the next."""
+        both = (self._carried, self.decision)
+        known = {one.box.id: one for one in both if one is not None}
+        return tuple(one for one in known.values() if one.status is not PlacementStatus.REJECT)
+
+    @property
+    def is_paused(self) -> bool:
+        """Whether a person has paused the arm."""
+        return Signs(mode=self._mode, message=self._message).is_paused
+
+    @property
+    def is_stopped(self) -> bool:
+        """Whether the arm waits for a reset."""
+        return self._mode is Mode.PROTECTIVE_STOP
+
+    def banner(self) -> Banner:
+        """State and next action at this moment."""
+        silent_s = None if self._heard_s is None else self.clock() - self._heard_s
+        scan = self.scan
+        return banner_of(
+            Signs(
+                mode=self._mode,
+                message=self._message,
+                silent_s=silent_s,
+                belt=self._belt,
+                ended=scan is not None and not scan.boxes and scan.remaining == 0,
+                boxes_on_belt=0 if scan is None else len(scan.boxes),
+                doing=self._doing(),
+                domain=self.domain,
+            )
+        )
+
+    def _doing(self) -> str:
+        under_way = next((one for one in self.planned if one.box.id == self._active), None)
+        if under_way is None:
+            return f'Packing {self._active}' if self._active else 'Packing'
+        return f'Packing {self._active} into {under_way.bin_id}'
+
+    def _pick(self, box_id: str) -> None:
+        if self.decision is not None and self.decision.box.id == box_id:
+            self._carried = self.decision
+        scanned = None if self.scan is None else self.scan.find(box_id)
+        if scanned is not None and self.robot is not None and self.joints:
+            self.held = held_by_pad(scanned, self.robot.turn_of(PAD_FRAME, self.joints))
+
+    def _changed(self) -> None:
+        self.scene_changes += 1
+        self.text_changes += 1

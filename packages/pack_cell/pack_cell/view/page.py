@@ -1,0 +1,280 @@
+"""The page itself: a viser scene with panels beside it, fed from a :class:`CellView`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+import viser
+
+from arm_executor.model.layout import Layout
+from pack_cell.view.box_drawing import DrawnBatch
+from pack_cell.view.cell_view import CellView
+from pack_cell.view.robot_drawing import DrawnRobot, wxyz
+from pack_cell.view.robot_shapes import RobotShapes
+from pack_cell.view.scene import bin_middle, drawn_cell
+from pack_cell.view.side import alarms_html, figures_html, state_of, why_html
+from pack_cell.view.web_server import start_server, stop_server
+from pack_msgs_py.geometry.pose import metres
+from pack_msgs_py.values import STATIONS, Vec3
+
+#: Width of the panel, pixels.
+_PANEL = 400
+#: Where one sees the whole cell from, and what one looks at.
+_FROM, _AT = (-3.4, -3.0, 3.6), (0.0, 0.7, 0.6)
+
+
+class Order(str, Enum):
+    """What a button asks the cell for."""
+
+    PAUSE = 'pause'
+    RESUME = 'resume'
+    STOP = 'stop'
+    RESET = 'reset'
+    SWAP_BIN = 'swap_bin'
+    DRAIN = 'drain'
+    FEED = 'feed'
+
+
+@dataclass(frozen=True)
+class PageAddress:
+    """Where the page is served; port 0 takes any free one."""
+
+    host: str
+    port: int
+
+
+def _fit_phone(client: viser.ClientHandle) -> None:
+    """On an upright screen the panel covers the lower half: show the cell above it."""
+    if client.camera.image_width < client.camera.image_height:
+        with client.atomic():
+            client.camera.position = 1.45 * np.array(_FROM)
+            client.camera.look_at = (0.0, 0.3, -0.9)
+
+
+class CellPage:
+    """Serves the page of ``view``.
+
+    All methods but the ``order`` that buttons call, with a bin where it is about one, are for one
+    thread; ``order`` is called from others.
+
+    Raises
+    ------
+    PageTaken
+        The address cannot be had.
+    """
+
+    def __init__(
+        self, view: CellView, address: PageAddress, order: Callable[[Order, str], None]
+    ) -> None:
+        self._view, self._order = view, order
+        self._layout = Layout()
+        self._state = state_of(view)
+        self._server = start_server(address.host, address.port, lambda: self._state)
+        self._robot: DrawnRobot | None = None
+        self._robot_shapes: RobotShapes | None = None
+        self._drawn, self._written = -1, -1
+        self._html: dict[str, str] = {}
+        self._held = ''
+        self._labels: dict[str, viser.LabelHandle] = {}
+        self._names: tuple[str, ...] = ()
+        self._make_panel()
+        self._make_scene()
+        self._server.on_client_connect(_fit_phone)
+
+    @property
+    def port(self) -> int:
+        """Where it is really served."""
+        return int(self._server.get_port())
+
+    @property
+    def watched(self) -> bool:
+        """Whether anybody looks."""
+        return bool(self._server.get_clients())
+
+    def stand_like(self, layout: Layout) -> None:
+        """The cell stands as ``layout`` says."""
+        if layout != self._layout:
+            self._layout = layout
+            self._drawn = -1
+
+    def tell(self, text: str, *, good: bool) -> None:
+        """Show those who look what came of an order."""
+        for client in self._server.get_clients().values():
+            client.add_notification(
+                'Done' if good else 'Not done',
+                text,
+                color='green' if good else 'red',
+                auto_close_seconds=6.0,
+            )
+
+    def close(self) -> None:
+        """Stop serving."""
+        stop_server(self._server)
+
+    # -- regularly -------------------------------------------------------------------------------
+
+    def refresh_state(self) -> None:
+        """What the banner shows; cheap, whether anybody looks or not."""
+        self._state = state_of(self._view)
+
+    def refresh_text(self) -> None:
+        """What stands beside the scene, if it has changed."""
+        if self._written == self._view.text_changes:
+            return
+        self._written = self._view.text_changes
+        for name, html in (
+            ('figures', figures_html(self._view)),
+            ('why', why_html(self._view)),
+            ('alarms', alarms_html(self._view)),
+        ):
+            if self._html.get(name) != html:
+                self._html[name] = html
+                self._pieces[name].content = html
+        self._pause.visible = not self._view.is_paused
+        self._resume.visible = self._view.is_paused
+        self._stop.visible = not self._view.is_stopped
+        self._reset.visible = self._view.is_stopped
+        self._acknowledge.visible = bool(self._view.alarms.open)
+        names = tuple(found.id for found in self._view.bins)
+        if names != self._names and names:
+            self._names = names
+            self._bin.options = names
+
+    def refresh_scene(self) -> None:
+        """What has moved."""
+        view = self._view
+        if view.robot is not None and view.robot is not self._robot_shapes:
+            self._robot_shapes = view.robot
+            self._robot = DrawnRobot(self._server, view.robot)
+        if self._robot is not None:
+            self._robot.move(view.joints)
+        if self._drawn == view.scene_changes:
+            return
+        self._drawn = view.scene_changes
+        drawn = drawn_cell(view, self._layout)
+        with self._server.atomic():
+            self._solid.show(drawn.solid)
+            self._walls.show(drawn.walls)
+            self._placed.show(drawn.placed)
+            self._waiting.show(drawn.waiting)
+            self._ghosts.show(drawn.ghosts)
+            self._draw_held()
+            self._write_labels({label.key: (label.text, label.position) for label in drawn.labels})
+
+    # -- the scene -------------------------------------------------------------------------------
+
+    def _make_scene(self) -> None:
+        server = self._server
+        server.scene.set_up_direction('+z')
+        server.scene.world_axes.visible = False
+        server.scene.add_grid('/floor', width=8.0, height=8.0, cell_size=0.5, section_size=1.0)
+        server.initial_camera.position = _FROM
+        server.initial_camera.look_at = _AT
+        server.initial_camera.fov = 0.75
+        self._solid = DrawnBatch(server, 'solid', with_edges=False)
+        self._walls = DrawnBatch(server, 'walls', opacity=0.18)
+        self._placed = DrawnBatch(server, 'placed')
+        self._waiting = DrawnBatch(server, 'waiting')
+        self._ghosts = DrawnBatch(server, 'ghosts', opacity=0.55)
+
+    def _draw_held(self) -> None:
+        held, robot = self._view.held, self._robot
+        key = '' if held is None else held.box.id
+        if robot is None or self._held == key:
+            return
+        self._held = key
+        name = f'{robot.node("tcp")}/held'
+        if held is None:
+            self._server.scene.remove_by_name(name)
+            return
+        self._server.scene.add_box(
+            name,
+            dimensions=metres(held.box.size_mm),
+            color=(250, 158, 26),
+            position=held.pose.position,
+            wxyz=wxyz(held.pose),
+        )
+
+    def _write_labels(self, labels: dict[str, tuple[str, Vec3]]) -> None:
+        for key in set(self._labels) - set(labels):
+            self._labels.pop(key).remove()
+        for key, (text, position) in labels.items():
+            known = self._labels.get(key)
+            if known is None:
+                self._labels[key] = self._server.scene.add_label(
+                    f'/labels/{key}',
+                    text,
+                    position=position,
+                    anchor='bottom-center',
+                    font_screen_scale=1.35,
+                )
+                continue
+            if known.text != text:
+                known.text = text
+            if tuple(known.position) != position:
+                known.position = np.array(position)
+
+    # -- the panel -------------------------------------------------------------------------------
+
+    def _make_panel(self) -> None:
+        gui = self._server.gui
+        gui.configure_theme(show_logo=False, show_share_button=False, brand_color=(21, 87, 192))
+        gui.set_panel_label('Packing cell')
+        gui.main_panel.dock_right()
+        gui.main_panel.set_width(_PANEL)
+        self._pieces: dict[str, viser.GuiHtmlHandle] = {}
+        self._make_buttons()
+        for name, label in (('figures', 'Figures'), ('why', 'Why this box')):
+            with gui.add_folder(label):
+                self._pieces[name] = gui.add_html('')
+        with gui.add_folder('Alarms'):
+            self._acknowledge = gui.add_button('Acknowledge', color='orange', visible=False)
+            self._acknowledge.on_click(lambda _: self._on_acknowledge())
+            self._pieces['alarms'] = gui.add_html('')
+        with gui.add_folder('More', expand_by_default=False):
+            self._bin = gui.add_dropdown('Bin', ('–',))
+            self._give(gui.add_button('Swap this bin', color='gray'), Order.SWAP_BIN)
+            self._give(gui.add_button('Drain: feed no more boxes', color='gray'), Order.DRAIN)
+            self._give(gui.add_button('Feed again', color='gray'), Order.FEED)
+
+    def _make_buttons(self) -> None:
+        gui = self._server.gui
+        self._pause = gui.add_button('Pause', color='yellow', icon=viser.Icon.PLAYER_PAUSE)
+        self._resume = gui.add_button('Resume', color='green', icon=viser.Icon.PLAYER_PLAY)
+        self._stop = gui.add_button('Stop', color='red', icon=viser.Icon.HAND_STOP)
+        self._reset = gui.add_button('Reset', color='blue', icon=viser.Icon.REFRESH)
+        for button, order in (
+            (self._pause, Order.PAUSE),
+            (self._resume, Order.RESUME),
+            (self._stop, Order.STOP),
+            (self._reset, Order.RESET),
+        ):
+            self._give(button, order)
+        views = gui.add_button_group('Look at', ('All', *STATIONS))
+        views.on_click(lambda event: self._look_at(event.client, views.value))
+
+    def _give(self, button: viser.GuiButtonHandle, order: Order) -> None:
+        button.on_click(lambda _: self._order(order, str(self._bin.value)))
+
+    def _on_acknowledge(self) -> None:
+        self._view.alarms.acknowledge_all()
+        self._view.text_changes += 1
+
+    def _look_at(self, client: viser.ClientHandle | None, what: str) -> None:
+        """Turn the camera of who has pressed to a station, about which it then orbits."""
+        if client is None:
+            return
+        middle = next(
+            (bin_middle(found, self._layout) for found in self._view.bins if found.station == what),
+            None,
+        )
+        with client.atomic():
+            if middle is None:
+                client.camera.position, client.camera.look_at = _FROM, _AT
+                return
+            x, y, z = middle
+            client.camera.position = (x - 1.1, y - (1.9 if y > 0 else -1.9), z + 1.9)
+            client.camera.look_at = middle

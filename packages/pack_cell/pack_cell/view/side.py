@@ -1,0 +1,110 @@
+"""What stands beside the scene: figures, bins, the decision, alarms, as pieces of HTML."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Any
+
+from pack_cell.pages.rendering import render
+from pack_cell.view.cell_view import CellView
+from pack_cell.view.plain_words import ENDINGS, REASONS
+from pack_msgs_py.cell_values import Decision
+from pack_msgs_py.codes import ErrorCode, PlacementStatus
+
+#: Alarms that are shown.
+SHOWN_ALARMS = 6
+_HOW = {
+    PlacementStatus.OPTIMAL: 'the best that the rules allow',
+    PlacementStatus.BUDGET: 'the best found in the time there was',
+    PlacementStatus.FALLBACK: 'by the simpler rule, as the algorithm gave no answer',
+}
+
+
+def figures_html(view: CellView) -> str:
+    """Figures, and the fill of every open bin."""
+    figures, scan = view.figures, view.scan
+    total = None if scan is None or scan.remaining < 0 else scan.supplied + scan.remaining
+    rejects = ', '.join(
+        f'{count} {REASONS[reason]}' for reason, count in figures.rejects.most_common()
+    )
+    return render(
+        'view/figures.html',
+        tiles=(
+            ('placed', f'{figures.placed}' + (f' of {total}' if total else ''), ''),
+            ('boxes an hour', _number(figures.boxes_per_hour), ''),
+            ('closed bins', _percent(figures.fill_closed), f'{len(figures.closed)} closed'),
+            ('planning, p95', _number(figures.planning_p95_s, 1000), 'ms'),
+            ('time to spare', _number(figures.mean_slack_s, 1, 2), _late(view)),
+            ('rejected', str(sum(figures.rejects.values())), rejects),
+        ),
+        bins=[
+            (found.station, found.id, found.destination, len(found.boxes), 100 * found.fill_rate)
+            for found in sorted(view.bins, key=lambda standing: standing.station)
+        ],
+        closing=view.last_closing,
+    )
+
+
+def why_html(view: CellView) -> str:
+    """Why this box: the newest decision, and what the arm said."""
+    decision = view.decision or next(iter(view.planned), None)
+    return render('view/why.html', decision=decision, lines=why_lines(decision))
+
+
+def why_lines(decision: Decision | None) -> list[str]:
+    """Why ``decision`` was made, a sentence each."""
+    if decision is None:
+        return []
+    if decision.status is PlacementStatus.REJECT:
+        return [f'To the reject lane: {decision.reason}']
+    lines = [f'Chosen as {_HOW[decision.status]}']
+    if decision.reason:
+        lines.append(decision.reason)
+    asked = decision.candidates_checked
+    if not asked:
+        lines.append('The arm was not asked before')
+    elif decision.first_refusal is ErrorCode.NONE:
+        looked = 'this one' if asked == 1 else f'{asked} places'
+        lines.append(f'The arm was asked about {looked} and can do it')
+    else:
+        why = ENDINGS[decision.first_refusal]
+        lines.append(f'The first choice was refused by the arm: {why}')
+        lines.append(f'The arm looked at {asked} places')
+    return lines
+
+
+def alarms_html(view: CellView) -> str:
+    """The newest alarms."""
+    shown = [
+        (datetime.fromtimestamp(line.stamp_s).strftime('%H:%M:%S'), line) for line in view.alarms
+    ][:SHOWN_ALARMS]
+    return render('view/alarms.html', lines=shown, open=view.alarms.open)
+
+
+def state_of(view: CellView) -> dict[str, Any]:
+    """What the banner shows, and whoever asks over HTTP gets."""
+    banner = view.banner()
+    return {
+        'tone': banner.tone.value,
+        'word': banner.word,
+        'action': banner.action,
+        'now': banner.now,
+        'alarms': view.alarms.open,
+        'placed': view.figures.placed,
+    }
+
+
+def _late(view: CellView) -> str:
+    least = view.figures.least_slack_s
+    if least is None:
+        return 's'
+    late = f', {view.figures.late} late' if view.figures.late else ''
+    return f's, least {least:.2f}{late}'
+
+
+def _number(value: float | None, factor: float = 1.0, digits: int = 0) -> str:
+    return '–' if value is None else f'{factor * value:.{digits}f}'
+
+
+def _percent(share: float | None) -> str:
+    return '–' if share is None else f'{100 * share:.1f} %'

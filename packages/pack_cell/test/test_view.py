@@ -1,0 +1,263 @@
+"""What the live page makes of what it hears."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from view_cases import (
+    BOX,
+    PLACED,
+    Clock,
+    bins_of,
+    box,
+    decision_for,
+    event_for,
+    new_view,
+    report_for,
+    scan_of,
+    urdf,
+)
+
+from arm_executor.model.kinematics import CellKinematics
+from arm_executor.model.layout import Layout, bin_frame
+from arm_executor.model.robot_data import ROBOTS
+from arm_executor.model.tree import CELL_JOINT_NAMES
+from pack_cell.view.banner import SILENCE_S, Tone
+from pack_cell.view.cell_view import CellView
+from pack_cell.view.live_figures import WINDOW, LiveFigures
+from pack_cell.view.plain_words import ENDINGS, REASONS
+from pack_cell.view.robot_shapes import read_urdf
+from pack_cell.view.scene import LAST, NEXT, Batch, drawn_cell
+from pack_cell.view.side import alarms_html, figures_html, why_html, why_lines
+from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode, PlacementStatus, Reason
+from pack_msgs_py.geometry.pose import Pose
+from pack_msgs_py.values import Bin, parse_bin
+
+A, B = box(1), box(2)
+
+
+# -- the banner ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ('mode', 'message', 'word', 'tone'),
+    [
+        (Mode.EXECUTING, '', 'RUN', Tone.RUN),
+        (Mode.IDLE, '', 'RUN', Tone.RUN),
+        (Mode.INACTIVE, 'starting', 'STARTING', Tone.IDLE),
+        (Mode.INACTIVE, 'paused', 'PAUSED', Tone.PAUSED),
+        (Mode.PAUSED, 'by the operator', 'PAUSED', Tone.PAUSED),
+        (Mode.ALARM, 'a box is lost', 'WAITING FOR OPERATOR', Tone.OPERATOR),
+        (Mode.PROTECTIVE_STOP, 'stopped by the operator', 'WAITING FOR OPERATOR', Tone.OPERATOR),
+        (Mode.FAULT, 'no journal', 'FAULT', Tone.FAULT),
+    ],
+)
+def test_each_mode_has_its_word_and_colour_and_one_action(mode, message, word, tone):
+    view = new_view()
+    view.on_heartbeat(mode, '', message)
+    banner = view.banner()
+    assert (banner.word, banner.tone) == (word, tone)
+    assert banner.action and '\n' not in banner.action
+
+
+def test_a_cell_that_falls_silent_is_a_fault_and_no_longer_runs():
+    clock = Clock()
+    view = new_view(clock)
+    view.on_heartbeat(Mode.EXECUTING, A.id, '')
+    clock.now_s += SILENCE_S + 0.1
+    assert view.banner().tone is Tone.FAULT
+    view.on_heartbeat(Mode.EXECUTING, A.id, '')
+    assert view.banner().tone is Tone.RUN
+
+
+def test_without_any_heartbeat_the_page_says_where_it_listens_and_how_to_start_a_cell():
+    banner = CellView(Clock(), domain=42).banner()
+    assert '42' in banner.now and './cell run' in banner.action
+
+
+def test_the_end_of_the_stream_is_no_waiting_for_boxes():
+    view = new_view()
+    view.on_scan(scan_of(remaining=3))
+    assert view.banner().now == 'Waiting for boxes'
+    view.on_scan(scan_of(remaining=0))
+    assert view.banner().word == 'DONE'
+
+
+def test_the_banner_names_box_and_bin_under_way():
+    view = new_view()
+    view.on_decision(decision_for(A))
+    view.on_heartbeat(Mode.EXECUTING, A.id, '')
+    assert view.banner().now == 'Packing box-1 into LDC-1'
+
+
+# -- figures ---------------------------------------------------------------------------------------
+
+
+def test_what_is_heard_twice_counts_once():
+    view = new_view()
+    for _ in range(2):
+        view.on_decision(decision_for(A))
+        view.on_report(report_for(A))
+        view.on_event(event_for(A, BoxEventKind.PLACED))
+        view.on_event(event_for(B, BoxEventKind.REJECTED, reason=Reason.OVERSIZE))
+        view.on_closed(Bin('LDC-1', 1, parse_bin('LDC'), (PLACED,)))
+    figures = view.figures
+    assert (figures.placed, len(figures.planning_s), len(figures.slack_s)) == (1, 1, 1)
+    assert figures.rejects == {Reason.OVERSIZE: 1}
+    assert figures.boxes_per_hour == pytest.approx(900)
+    assert figures.fill_closed == pytest.approx(BOX.volume_mm3 / parse_bin('LDC').volume_mm3)
+
+
+@given(st.lists(st.floats(0.001, 5.0), min_size=1, max_size=3 * WINDOW))
+def test_p95_is_of_the_last_decisions_and_one_of_them(times):
+    figures = LiveFigures()
+    for seconds in times:
+        figures.planning_s.append(seconds)
+    recent, p95 = times[-WINDOW:], figures.planning_p95_s
+    assert p95 in recent
+    assert sum(seconds <= p95 for seconds in recent) >= 0.95 * len(recent)
+    assert sum(seconds < p95 for seconds in recent) < 0.95 * len(recent)
+
+
+def test_before_the_first_box_the_figures_are_dashes():
+    assert figures_html(new_view()).count('<b>–</b>') == 4
+
+
+# -- the scene -------------------------------------------------------------------------------------
+
+
+def colours_of(batch: Batch) -> list[tuple[float, ...]]:
+    return [tuple(row) for row in batch.colours.tolist()]
+
+
+def test_the_box_that_came_last_and_the_one_that_comes_next_stand_out():
+    view = new_view()
+    view.on_bins(bins_of(PLACED))
+    view.on_event(event_for(BOX, BoxEventKind.PLACED))
+    view.on_scan(scan_of(A, B))
+    view.on_decision(decision_for(B))
+    drawn = drawn_cell(view, Layout())
+    assert colours_of(drawn.placed) == [LAST[:3]]
+    assert [colour == NEXT[:3] for colour in colours_of(drawn.waiting)] == [False, True]
+    assert len(drawn.ghosts) == 1
+
+
+def test_a_ghost_stands_where_the_box_will_in_the_frame_of_its_station():
+    view = new_view()
+    view.on_bins(bins_of(station='C'))
+    view.on_decision(decision_for(A))
+    expected = bin_frame(Layout(), 'C', parse_bin('LDC')).to_cell(Pose((0.155, 0.105, 0.05)))
+    assert drawn_cell(view, Layout()).ghosts.centres[0] == pytest.approx(expected.position)
+
+
+def test_while_a_box_is_carried_its_place_and_that_of_the_next_are_shown():
+    view = new_view()
+    view.on_joints(dict.fromkeys(CELL_JOINT_NAMES, 0.1))
+    view.on_bins(bins_of())
+    view.on_scan(scan_of(A, B))
+    view.on_decision(decision_for(A))
+    view.on_event(event_for(A, BoxEventKind.PICKED))
+    view.on_decision(decision_for(B, stamp_s=4.0))
+    assert {decision.box.id for decision in view.planned} == {A.id, B.id}
+    assert view.held is not None and view.held.box == A
+    assert len(drawn_cell(view, Layout()).waiting) == 1, 'what is held is not on the belt'
+    view.on_event(event_for(A, BoxEventKind.PLACED, stamp_s=5.0))
+    assert [decision.box.id for decision in view.planned] == [B.id]
+    assert view.held is None
+
+
+def test_a_decision_that_is_withdrawn_leaves_no_ghost():
+    view = new_view()
+    view.on_bins(bins_of())
+    view.on_decision(decision_for(A))
+    view.on_decision(decision_for(B, stamp_s=3.0))
+    view.on_decision(decision_for(A, status=PlacementStatus.REJECT, bin_id='', stamp_s=4.0))
+    assert view.planned == ()
+
+
+def test_boxes_on_the_belt_are_labelled_with_their_order_and_their_laps():
+    view = new_view()
+    view.on_scan(scan_of(A, B, laps=2))
+    texts = [label.text for label in drawn_cell(view, Layout()).labels]
+    assert texts == ['1 · 2 laps', '2 · 2 laps']
+
+
+def test_edges_of_a_turned_box_have_its_lengths():
+    turned = Batch(
+        np.array([[1.0, 2.0, 3.0]]),
+        np.array([[0.3, 0.2, 0.1]]),
+        np.array([[0.0, 0.0, np.sin(0.3), np.cos(0.3)]]),
+        np.zeros((1, 3)),
+    )
+    ends = turned.edges()
+    lengths = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)
+    assert sorted(np.round(lengths, 9)) == [0.1] * 4 + [0.2] * 4 + [0.3] * 4
+    assert ends.reshape(-1, 3).mean(axis=0) == pytest.approx([1.0, 2.0, 3.0])
+
+
+# -- the robot -------------------------------------------------------------------------------------
+
+
+@settings(deadline=None)
+@given(st.lists(st.floats(-2.0, 2.0), min_size=7, max_size=7))
+def test_the_drawn_robot_stands_like_the_one_that_is_planned_with(positions):
+    robot = read_urdf(urdf())
+    turn = robot.turn_of('tcp', dict(zip(CELL_JOINT_NAMES, positions, strict=True)))
+    kinematics = CellKinematics(ROBOTS['ur20'], Layout())
+    assert turn == pytest.approx(kinematics.tool(positions)[0][:3, :3], abs=1e-6)
+
+
+def test_every_link_with_a_shape_hangs_on_the_robot():
+    robot = read_urdf(urdf())
+    assert {shape.link for shape in robot.shapes} > {'carriage', 'forearm', 'tool'}
+    assert all(robot.path(shape.link).startswith('/carriage') for shape in robot.shapes)
+    assert robot.path('tcp').endswith('/wrist_3/tool/tcp')
+
+
+@pytest.mark.parametrize(
+    'text', ['', '<robot', '<robot><joint name="a"/></robot>'.replace('/>', '')]
+)
+def test_what_is_no_urdf_is_refused(text):
+    with pytest.raises(ValueError, match='robot_description'):
+        read_urdf(text)
+
+
+def test_joints_in_a_circle_are_refused():
+    ends = '<joint name="{0}" type="fixed"><parent link="{0}"/><child link="{1}"/></joint>'
+    with pytest.raises(ValueError, match='circle'):
+        read_urdf(f'<robot>{ends.format("a", "b")}{ends.format("b", "a")}</robot>')
+
+
+# -- words -----------------------------------------------------------------------------------------
+
+
+def test_every_code_has_plain_words():
+    assert set(ENDINGS) == set(ErrorCode) and set(REASONS) == set(Reason)
+
+
+def test_why_says_in_plain_words_what_the_arm_would_not_do():
+    lines = why_lines(
+        decision_for(A, candidates_checked=4, first_refusal=ErrorCode.PATH_IN_COLLISION)
+    )
+    assert any('something is in the way' in line for line in lines)
+    assert any('4 places' in line for line in lines)
+
+
+def test_names_of_boxes_are_no_markup():
+    view = new_view()
+    view.on_event(event_for(BOX, BoxEventKind.LOST))
+    view.on_decision(decision_for(BOX))
+    for html in (why_html(view), alarms_html(view)):
+        assert '<b>small' not in html and '&lt;b&gt;small &amp; brown' in html
+
+
+def test_alarms_stay_until_a_person_has_seen_them():
+    view = new_view()
+    view.on_report(report_for(A, ErrorCode.NONE))
+    view.on_report(report_for(B, ErrorCode.GRASP_FAILED))
+    assert [line.code for line in view.alarms] == ['GRASP_FAILED']
+    assert view.alarms.open == 1
+    view.alarms.acknowledge_all()
+    assert view.alarms.open == 0 and 'seen' in alarms_html(view)
