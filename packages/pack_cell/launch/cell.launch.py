@@ -1,5 +1,8 @@
 """Start the whole cell: ``ros2 launch pack_cell cell.launch.py bin:=EQ speed:=0.0``."""
 
+import shutil
+from pathlib import Path
+
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
@@ -7,6 +10,14 @@ from launch_ros.actions import Node
 
 from pack_cell.launching import FORMER_NAMES, is_on, launch_arguments, launched_nodes
 from pack_cell.running.node_commands import NODES
+
+#: What RViz shows, and what it listens to beside the transforms.
+RVIZ_CONFIG = Path(__file__).resolve().parents[1] / 'config' / 'cell.rviz'
+RVIZ_TOPICS = ('/robot_description', '/arm_executor/markers')
+NO_RVIZ = (
+    'cell.launch.py: rviz:=true, but there is no rviz2 on the path: install it '
+    '(apt-get install ros-jazzy-rviz2), or take view:=true, which needs a browser alone'
+)
 
 
 def nodes(context: LaunchContext) -> list[Node]:
@@ -27,7 +38,7 @@ def nodes(context: LaunchContext) -> list[Node]:
         started.insert(0, ('pack_cell', 'topic_recorder', recorder))
     if is_on('view', given('view')):
         started.append(('pack_cell', 'viewer', {'port': int(given('view_port'))}))
-    return [
+    made = [
         Node(
             package=package,
             executable=executable,
@@ -37,6 +48,22 @@ def nodes(context: LaunchContext) -> list[Node]:
         )
         for package, executable, values in started
     ]
+    if is_on('rviz', given('rviz')):
+        made.append(_rviz(given('namespace')))
+    return made
+
+
+def _rviz(namespace: str) -> Node:
+    """RViz on a cell in ``namespace``; ValueError where it is not installed."""
+    if not shutil.which('rviz2'):
+        raise ValueError(NO_RVIZ)
+    within = f'/{namespace.strip("/")}' if namespace.strip('/') else ''
+    return Node(
+        package='rviz2',
+        executable='rviz2',
+        arguments=['-d', str(RVIZ_CONFIG)],
+        remappings=[(topic, within + topic) for topic in RVIZ_TOPICS if within],
+    )
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -54,6 +81,7 @@ def generate_launch_description() -> LaunchDescription:
         DeclareLaunchArgument(
             'view', default_value='false', description='show the cell on a page in the browser'
         ),
+        DeclareLaunchArgument('rviz', default_value='false', description='open RViz on the cell'),
         DeclareLaunchArgument('view_port', default_value='8080', description='port of that page'),
         *(
             DeclareLaunchArgument(

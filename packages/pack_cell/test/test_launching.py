@@ -180,3 +180,17 @@ def test_the_launch_file_shows_the_page_when_it_is_asked_to(launch_file):
     assert nodes['viewer']['namespace'] == 'north'
     with pytest.raises(ValueError, match="view: 'perhaps' is neither true nor false"):
         launched(launch_file, view='perhaps')
+
+
+def test_rviz_is_opened_on_the_topics_of_the_namespace(launch_file, monkeypatch):
+    monkeypatch.setattr('shutil.which', lambda name: f'/usr/bin/{name}')
+    rviz = launched(launch_file, rviz='true', namespace='north')['rviz2']
+    assert Path(rviz['arguments'][1]).is_file()
+    assert ('/robot_description', '/north/robot_description') in rviz['remappings']
+    assert launched(launch_file, rviz='true')['rviz2']['remappings'] == []
+
+
+def test_without_rviz_the_launch_says_what_to_install(launch_file, monkeypatch):
+    monkeypatch.setattr('shutil.which', lambda name: None)
+    with pytest.raises(ValueError, match='ros-jazzy-rviz2'):
+        launched(launch_file, rviz='true')
