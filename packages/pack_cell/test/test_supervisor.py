@@ -49,13 +49,14 @@ def test_a_node_that_dies_is_reported_with_its_code_and_the_end_of_its_log(tmp_p
     assert supervisor.pids() == {}
 
 
-def test_a_killed_node_is_reported_with_the_signal(tmp_path):
+@pytest.mark.parametrize(('number', 'name'), [(signal.SIGKILL, 'SIGKILL'), (35, 'signal 35')])
+def test_a_killed_node_is_reported_with_the_signal(tmp_path, number, name):
     node = spec(tmp_path, 'arm', PATIENT)
     supervisor = Supervisor([node], {})
     supervisor.start()
-    os.kill(supervisor.pids()['arm'], signal.SIGKILL)
+    os.kill(supervisor.pids()['arm'], number)
     [death] = wait_for(supervisor.poll)
-    assert 'killed by SIGKILL' in str(death)
+    assert f'killed by {name}' in str(death)
 
 
 def test_with_respawn_a_dead_node_comes_back(tmp_path):

@@ -9,6 +9,14 @@ from contextlib import contextmanager
 from types import FrameType
 
 
+def signal_name(number: int) -> str:
+    """Name of a signal; those that have none, such as the real-time ones, by their number."""
+    try:
+        return signal.Signals(number).name
+    except ValueError:
+        return f'signal {number}'
+
+
 def _end(number: int, frame: FrameType | None) -> None:
     sys.exit(0)
 

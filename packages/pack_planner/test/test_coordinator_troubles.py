@@ -289,3 +289,29 @@ def test_a_decision_for_bins_that_changed_meanwhile_is_made_again(rig):
     rig.bins(replace(EMPTY, revision=9))
     rig.planned('a')
     assert rig.take() == [('plan', 1), ('plan', 2)]
+
+
+def test_nothing_is_begun_while_a_second_source_speaks(rig):
+    rig.bins()
+    rig.scan()
+    rig.coordinator.hold('a second source speaks for the arm')
+    rig.beat()
+    rig.wait(3.0)
+    assert rig.take() == []
+    rig.coordinator.hold('')
+    rig.beat()
+    assert rig.take() == [('plan', 1)]
+
+
+def test_a_decision_that_was_under_way_is_not_carried_out_while_a_second_source_speaks(rig):
+    rig.bins()
+    rig.scan()
+    rig.beat()
+    rig.take()
+    rig.coordinator.hold('a second source speaks for the belt')
+    rig.planned('a')
+    rig.wait(1.0)
+    assert rig.take() == []
+    rig.coordinator.hold('')
+    rig.beat()
+    assert rig.take() == [('plan', 2)]

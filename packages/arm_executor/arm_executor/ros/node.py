@@ -9,6 +9,7 @@
 - publishes `bin_state`, `bin_closed`, `box_event`, `placement_report`, `executor_state` (10 Hz),
   `/diagnostics` (1 Hz), and for viewers what :mod:`arm_executor.ros.views` lists
 - subscribes to `box_scan`, and for the simulated arms to `simulation/true_boxes` (BoxScan)
+- subscribes to `executor_state`, to hear of a second executor: then no goal is taken
 """
 
 from __future__ import annotations
@@ -45,6 +46,7 @@ from arm_executor.goals.outputs import (
     Replied,
     Said,
 )
+from arm_executor.goals.place_goal import PlaceGoal
 from arm_executor.model.arm_interface import Arm
 from arm_executor.model.pick_area import PickArea
 from arm_executor.parameters import ExecutorParameters, destinations_from, settings_from
@@ -59,12 +61,14 @@ from arm_executor.ros.publishers import Publishers
 from arm_executor.ros.services import Services
 from arm_executor.ros.views import Views
 from pack_msgs.action import PlaceBox
-from pack_msgs.msg import BoxScan
+from pack_msgs.msg import BoxScan, ExecutorState
 from pack_msgs_py.cell_values import Report
 from pack_msgs_py.codes import ErrorCode, Mode
+from pack_msgs_py.one_source import new_session
 from pack_msgs_py.ros import conversions, qos
 from pack_msgs_py.ros.declare_parameters import declare_parameters
 from pack_msgs_py.ros.run_node import run_node
+from pack_msgs_py.ros.sourced import ARM, Sources
 from pack_msgs_py.ros.transforms import ScanFrames
 from pack_msgs_py.values import STATIONS, parse_bin
 
@@ -137,7 +141,9 @@ class ArmExecutor(Node):
             self._emit,
             wall=self._now_s,
         )
-        self._publish = Publishers(self)
+        session = new_session()
+        self._publish = Publishers(self, session)
+        self._sources = Sources(self, (ARM, session))
         self._views = Views(
             self,
             self._layout,
@@ -151,10 +157,14 @@ class ArmExecutor(Node):
         self._core.start()
 
     def _make_interfaces(self) -> None:
-        self.create_subscription(BoxScan, 'box_scan', self._on_scan, qos.TOPICS['box_scan'])
-        self.create_subscription(
-            BoxScan, qos.TRUE_BOXES, self._on_truth, qos.TOPICS[qos.TRUE_BOXES]
-        )
+        for kind, topic, take in (
+            (BoxScan, 'box_scan', self._on_scan),
+            (BoxScan, qos.TRUE_BOXES, self._on_truth),
+        ):
+            checked = self._sources.checked(topic, take)
+            self.create_subscription(kind, topic, checked, qos.TOPICS[topic])
+        others = self._sources.checked('executor_state', lambda msg: None)
+        self.create_subscription(ExecutorState, 'executor_state', others, 10)
         self._served = Services(
             self,
             self._core,
@@ -204,8 +214,16 @@ class ArmExecutor(Node):
             goal = unusable_goal(handle.request, goal_id)
             self._core.refuse(goal, Refusal(ErrorCode.INVALID_GOAL, str(error)))
         else:
-            self._core.submit(goal)
+            self._take(goal, handle.request.placement.source.session)
         self._drain()
+
+    def _take(self, goal: PlaceGoal, session: int) -> None:
+        """Take a goal of the planner, unless somebody else speaks for a part of the cell."""
+        why = self._sources.goal(session, lambda: None) or self._sources.second()
+        if why:
+            self._core.refuse(goal, Refusal(ErrorCode.NOT_ACTIVE, why))
+        else:
+            self._core.submit(goal)
 
     def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
         self._core.cancel(bytes(handle.goal_id.uuid))

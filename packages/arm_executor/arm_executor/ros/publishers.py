@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from builtin_interfaces.msg import Time as TimeMsg
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
@@ -14,16 +12,17 @@ from arm_executor.ros.messages import diagnostics_to_ros
 from pack_msgs.msg import BinState, BinStateArray, BoxEvent, ExecutorState, PlacementReport
 from pack_msgs_py.cell_values import BinSnapshot, Report
 from pack_msgs_py.codes import BinStatus
-from pack_msgs_py.ros import conversions, qos
+from pack_msgs_py.ros import conversions
+from pack_msgs_py.ros.sourced import SourcedPublisher
 from pack_msgs_py.values import frame_name
 
 
 class Publishers:
     """The publishers of ``node``, each with the QoS of its topic."""
 
-    def __init__(self, node: Node) -> None:
-        def publisher(kind: type, topic: str) -> Any:  # noqa: ANN401 - rclpy is not typed
-            return node.create_publisher(kind, topic, qos.TOPICS[topic])
+    def __init__(self, node: Node, session: int) -> None:
+        def publisher(kind: type, topic: str) -> SourcedPublisher:
+            return SourcedPublisher(node, kind, topic, session)
 
         self._node = node
         self._bin_state = publisher(BinStateArray, 'bin_state')

@@ -52,6 +52,7 @@ from pack_msgs.srv import InsertBox, RemoveBox
 from pack_msgs_py.cell_values import Scan, ScannedBox
 from pack_msgs_py.checks import check_length, check_name
 from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.one_source import new_session
 from pack_msgs_py.parameter_fields import check_value, parameter_fields
 from pack_msgs_py.ros.conversions import (
     box_from_ros,
@@ -66,6 +67,7 @@ from pack_msgs_py.ros.conversions.content import MOST_BINS, MOST_BOXES
 from pack_msgs_py.ros.declare_parameters import declare_parameters
 from pack_msgs_py.ros.qos import TOPICS, TRUE_BOXES
 from pack_msgs_py.ros.run_node import run_node
+from pack_msgs_py.ros.sourced import BELT, SourcedPublisher, Sources
 
 IDLE_PERIOD_S = 1.0
 DIAGNOSTICS_PERIOD_S = 1.0
@@ -107,10 +109,12 @@ class ConveyorNode(Node):
         self._conveyor = make_conveyor(params, stream, self._ledger)
         self._ended = False
 
-        self._scans = self.create_publisher(BoxScan, 'box_scan', TOPICS['box_scan'])
+        session = new_session()
+        self._sources = Sources(self, (BELT, session))
+        self._scans = SourcedPublisher(self, BoxScan, 'box_scan', session)
         self._true_boxes: tuple[ScannedBox, ...] | None = None
-        self._truth = self.create_publisher(BoxScan, TRUE_BOXES, TOPICS[TRUE_BOXES])
-        self._events = self.create_publisher(BoxEvent, 'box_event', TOPICS['box_event'])
+        self._truth = SourcedPublisher(self, BoxScan, TRUE_BOXES, session)
+        self._events = SourcedPublisher(self, BoxEvent, 'box_event', session)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._timer = self.create_timer(IDLE_PERIOD_S, self._on_timer)
         self.create_timer(DIAGNOSTICS_PERIOD_S, self._publish_diagnostics)
@@ -132,7 +136,7 @@ class ConveyorNode(Node):
         ):
             self.create_subscription(kind, topic, self._guard(topic, callback), TOPICS[topic])
         heard = self._guard('executor_state', self._on_executor_state)
-        self.create_subscription(ExecutorState, 'executor_state', heard, 1)
+        self.create_subscription(ExecutorState, 'executor_state', heard, 10)
         self.create_service(SetBool, '~/pause', self._on_pause)
         self.create_service(SetBool, '~/drain', self._on_drain)
         self.create_service(InsertBox, '~/insert_box', self._on_insert)
@@ -183,7 +187,7 @@ class ConveyorNode(Node):
             self._truth.publish(scan_to_ros(Scan(0, stamp_s, boxes)))
 
     def _guard(self, topic: str, take: Callable[[Any], None]) -> Callable[[Any], None]:
-        """``take`` for messages of ``topic``; what cannot be used is told and changes nothing."""
+        """``take`` for messages of the source of ``topic``; what cannot be used is told."""
 
         def receive(msg: Any) -> None:  # noqa: ANN401 - any message type
             try:
@@ -191,7 +195,7 @@ class ConveyorNode(Node):
             except ValueError as error:
                 self._complain(topic, str(error))
 
-        return receive
+        return self._sources.checked(topic, receive)
 
     def _on_placement(self, msg: PlacementDecision) -> None:
         decision = decision_from_ros(msg)

@@ -85,6 +85,8 @@ def spoil(message: Any, chance: random.Random) -> str:  # noqa: ANN401 - any mes
     told = []
     for _ in range(chance.choice((1, 1, 1, 2, 3))):
         ways = list(fields_of(message))
+        if not ways:
+            return 'nothing to spoil'
         path, kind = chance.choice(ways)
         value = chance.choice(choices(message, path, kind))
         put(message, path, value)

@@ -32,6 +32,7 @@ from pack_msgs.msg import (
 )
 from pack_msgs_py.ros import conversions, qos
 from pack_msgs_py.ros.run_node import run_node
+from pack_msgs_py.ros.sourced import Sources
 
 #: Events that wait to be handled: on a busy machine the cell runs ahead of this process.
 _BACKLOG = 10_000
@@ -58,6 +59,7 @@ class Recorder(Node):
         self.problems: list[str] = []
         self._listener: Listener = lambda kind, value: None
         self._log: RunLog | None = None
+        self._sources = Sources(self)
         topics: dict[str, tuple[type, Callable[[Any], None]]] = {
             'box_scan': (BoxScan, self._on_scan),
             qos.TRUE_BOXES: (BoxScan, self._on_truth),
@@ -77,7 +79,8 @@ class Recorder(Node):
             profile = copy(qos.TOPICS[topic])
             if profile.depth > 1:
                 profile.depth = _BACKLOG
-            self.create_subscription(kind, topic, self._guard(topic, callback), profile)
+            take = self._sources.checked(topic, self._guard(topic, callback))
+            self.create_subscription(kind, topic, take, profile)
 
     def _guard(self, topic: str, callback: Callable[[Any], None]) -> Callable[[Any], None]:
         """``callback`` that notes a message it cannot use instead of failing."""

@@ -49,6 +49,7 @@ from pack_msgs.srv import SwapBin
 from pack_msgs_py.codes import Mode
 from pack_msgs_py.ros import conversions, qos
 from pack_msgs_py.ros.run_node import run_node
+from pack_msgs_py.ros.sourced import Sources
 
 SCENE_PERIOD_S, TEXT_PERIOD_S, STATE_PERIOD_S = 0.05, 0.5, 0.25
 #: A service that has not answered by then is not there.
@@ -123,8 +124,10 @@ class Viewer(Node):
             ),
             '/diagnostics': (DiagnosticArray, self._on_diagnostics, QoSProfile(depth=10)),
         }
+        sources = Sources(self)
         for topic, (kind, take) in cell.items():
-            self.create_subscription(kind, topic, self._guarded(topic, take), qos.TOPICS[topic])
+            checked = sources.checked(topic, self._guarded(topic, take))
+            self.create_subscription(kind, topic, checked, qos.TOPICS[topic])
         for topic, (kind, take, profile) in others.items():
             self.create_subscription(kind, topic, self._guarded(topic, take), profile)
 

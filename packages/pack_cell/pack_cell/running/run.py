@@ -39,6 +39,7 @@ from pack_cell.running.ros_domain import DomainLock, DomainTaken, hold_domain, l
 from pack_cell.running.supervisor import Supervisor
 from pack_cell.running.viewing import PageProcess
 from pack_msgs_py.profiles import Profile
+from pack_msgs_py.signals import signal_name
 from pack_msgs_py.values import Box
 
 if TYPE_CHECKING:
@@ -319,7 +320,7 @@ class RunWatch:
 
     def _ending(self, display: RunDisplay) -> RunEnding | None:
         if self.stop.signal is not None:
-            name = signal.Signals(self.stop.signal).name
+            name = signal_name(self.stop.signal)
             return RunEnding(EXIT_OK, f'stopped by {name} before the stream ended')
         for death in self.supervisor.poll():
             if death.attendant:

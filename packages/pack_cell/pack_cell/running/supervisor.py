@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO
 
+from pack_msgs_py.signals import signal_name
+
 #: How long a node may take to end after SIGINT, and again after SIGTERM, before the next step.
 STOP_PATIENCE_S = 5.0
 MAX_RESPAWNS = 10
@@ -50,7 +52,7 @@ class NodeDeath:
 
     def __str__(self) -> str:
         if self.code < 0:
-            how = f'was killed by {signal.Signals(-self.code).name}'
+            how = f'was killed by {signal_name(-self.code)}'
         else:
             how = f'ended with code {self.code}'
         return f'node {self.name} {how}; its log is {self.log}'

@@ -77,6 +77,7 @@ class Coordinator:
         self._last_box = ''
         self._stale_inputs = False
         self._awaited_bins = AwaitedBins()
+        self._held = ''
 
     # --- inputs ------------------------------------------------------------------------------
 
@@ -93,6 +94,14 @@ class Coordinator:
         self._answers.forget_gone(snapshot.bins)
         self._stale_inputs = False
         self.step()
+
+    def hold(self, why: str) -> None:
+        """Nothing new is begun for this reason; go on when it is empty."""
+        if why and not self._held:
+            self._out.warn(f'nothing new is begun: {why}')
+        elif self._held and not why:
+            self._out.info('goes on')
+        self._held = why
 
     def on_heartbeat(self, heartbeat: Heartbeat) -> None:
         """The executor is alive."""
@@ -215,6 +224,8 @@ class Coordinator:
     def _settle(self, outcome: PlannerStep, plan: PlanRequest) -> None:
         """The decision is made: carry it out, now or when the arm is free."""
         self._plan = None
+        if self._held:
+            return
         if isinstance(outcome, RejectStep):
             self._reject(outcome, plan)
         elif plan.ahead:
@@ -234,7 +245,7 @@ class Coordinator:
             ended = self._goal.end(now)
             if ended is not None:
                 self._conclude(self._goal, *ended)
-        waiting = self._plan or self._awaited_bins or self._stale_inputs
+        waiting = self._plan or self._awaited_bins or self._stale_inputs or self._held
         if waiting or not self._alive or self._in.scan is None or self._in.bins is None:
             return
         if self._goal is not None:

@@ -55,6 +55,7 @@ from pack_msgs_py.cell_values import Decision, Scan
 from pack_msgs_py.checks import check_length, check_name
 from pack_msgs_py.closing import ClosingReason
 from pack_msgs_py.codes import Mode
+from pack_msgs_py.one_source import new_session
 from pack_msgs_py.orientation import at_pick
 from pack_msgs_py.parameter_fields import check_value, parameter_fields
 from pack_msgs_py.picking import expected_pick
@@ -74,6 +75,7 @@ from pack_msgs_py.ros.conversions import (
 from pack_msgs_py.ros.conversions.content import MOST_BINS
 from pack_msgs_py.ros.declare_parameters import declare_parameters
 from pack_msgs_py.ros.run_node import run_node
+from pack_msgs_py.ros.sourced import PLANNER, SourcedPublisher, Sources
 from pack_msgs_py.ros.transforms import ScanFrames
 from pack_msgs_py.values import Bin, frame_name
 from pack_planner.coordination.alternatives import Planned, planned, quick
@@ -122,9 +124,9 @@ class PlannerNode(Node):
         patience = Patience(p.look_ahead, p.min_look_ahead, p.patience_s)
         self.coordinator = Coordinator(self, time.monotonic, p.look_ahead, asking, patience)
 
-        self._decisions = self.create_publisher(
-            PlacementDecision, 'placements', qos.TOPICS['placements']
-        )
+        self._session = new_session()
+        self._sources = Sources(self, (PLANNER, self._session))
+        self._decisions = SourcedPublisher(self, PlacementDecision, 'placements', self._session)
         self._closings = self.create_publisher(
             DiagnosticStatus, 'bin_closing', qos.TOPICS['bin_closing']
         )
@@ -172,7 +174,11 @@ class PlannerNode(Node):
                 self.get_logger().error(f'{topic} ignored: {error}', throttle_duration_sec=5.0)
 
         return self.create_subscription(
-            kind, topic, receive, qos.TOPICS[topic], event_callbacks=events
+            kind,
+            topic,
+            self._sources.checked(topic, receive),
+            qos.TOPICS[topic],
+            event_callbacks=events,
         )
 
     def _death_events(self) -> SubscriptionEventCallbacks:
@@ -231,7 +237,9 @@ class PlannerNode(Node):
             self._refresh_wanted = False
             self._known_bins.clear()
             self.destroy_subscription(self._bins_subscription)
+            self._sources.heard_again('bin_state')
             self._bins_subscription = self._listen(BinStateArray, 'bin_state', self._on_bins)
+        self.coordinator.hold(self._sources.second())
         self.coordinator.step()
 
     def _change(self, changes: list[Parameter]) -> SetParametersResult:
@@ -307,6 +315,7 @@ class PlannerNode(Node):
         """Send the goal of `place_box`; returns its id."""
         goal_id = uuid.uuid4().bytes
         goal = PlaceBox.Goal(placement=placement_to_ros(decision, frame_name(target.station)))
+        goal.placement.source.session = self._session
         goal.pick_pose.header.frame_id = 'cell'
         goal.pick_pose.header.stamp = self.get_clock().now().to_msg()
         rule = settings(self.parameters).profile.orientations

@@ -1,0 +1,77 @@
+"""The arm does not move while somebody else speaks for a part of the cell."""
+
+from __future__ import annotations
+
+import pytest
+from executor_cases import make_box, make_decision
+
+from pack_msgs.msg import BoxScan, ExecutorState
+from pack_msgs_py.codes import ErrorCode
+from pack_msgs_py.one_source import new_session
+from pack_msgs_py.ros import conversions, qos
+
+pytestmark = pytest.mark.ros
+
+
+def refused_goal(bench, box):
+    _, result = bench.place(make_decision(box))
+    return ErrorCode(result.error_code), result.error_msg
+
+
+def test_no_goal_is_taken_while_a_second_executor_speaks(start):
+    bench = start()
+    box = make_box()
+    bench.show(box, presented=box.id)
+    other = bench.node.create_publisher(ExecutorState, 'executor_state', qos.HEARTBEAT)
+    state = ExecutorState(mode=ExecutorState.MODE_IDLE)
+    state.source.session = new_session()
+
+    def refused():
+        state.source.number += 1
+        state.header.stamp = bench.node.get_clock().now().to_msg()
+        other.publish(state)
+        return refused_goal(bench, box)
+
+    code, text = refused()
+    while 'a second source' not in text:
+        # It may be one that was started again, until the first is heard after it.
+        code, text = refused()
+    assert code is ErrorCode.NOT_ACTIVE
+    assert 'a second source speaks for the arm on executor_state' in text
+
+
+def test_no_goal_is_taken_when_an_old_scan_is_played_again(start):
+    bench = start()
+    box = make_box()
+    now, before = new_session(), new_session() - 10**12
+    scans = bench.node.create_publisher(BoxScan, 'box_scan', qos.TOPICS['box_scan'])
+    bench.wait(lambda: scans.get_subscription_count() > 0, 'subscriber of box_scan')
+
+    def scan(session, number):
+        msg = BoxScan(sequence=number)
+        msg.header.frame_id, msg.header.stamp = 'cell', conversions.time_to_ros(bench.now())
+        msg.source.session, msg.source.number = session, number
+        scans.publish(msg)
+
+    scan(now, 7)
+    code, text = refused_goal(bench, box)
+    while 'scan 7' not in text:
+        code, text = refused_goal(bench, box)
+    scan(before, 5)
+    while code is ErrorCode.BOX_NOT_ON_BELT:
+        code, text = refused_goal(bench, box)
+    assert code is ErrorCode.NOT_ACTIVE
+    assert 'a second source speaks for the belt on box_scan' in text
+
+
+def test_a_goal_of_an_older_planner_is_refused(start):
+    bench = start()
+    box = make_box()
+    bench.show(box, presented=box.id)
+    session = new_session()
+    for started, expected in ((session, ErrorCode.NONE), (session - 10**9, ErrorCode.NOT_ACTIVE)):
+        goal = bench.goal_msg(make_decision(box))
+        goal.placement.source.session = started
+        _, result = bench.result(bench.send(goal))
+        assert result.error_code == expected, result.error_msg
+    assert 'a second source speaks for the planner' in result.error_msg
