@@ -1,0 +1,61 @@
+"""Boxes of which a crash has left open where they are: found by the arm, else asked of a person."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from arm_executor.bins.records import Attempt, Step
+from arm_executor.model.arm_interface import Found
+
+#: Says where the box of a placement is that was picked, or whose release had begun; ``None`` when
+#: that cannot be told.
+Finder = Callable[[Attempt], Found | None]
+
+#: What others are told of a box in doubt.
+DOUBT = (
+    'the executor ended while the arm had the box, and the arm cannot tell whether it is in its '
+    'bin: look, then cell resolve it with --placed or --removed'
+)
+
+
+@dataclass(frozen=True)
+class Recovery:
+    """What a restart found.
+
+    Attributes
+    ----------
+    undecided : boxes of which nobody knows where they are.
+    returned, forgotten : boxes that are back on the belt, and such that never left it.
+    unmeasured : boxes that are in their bins, and are to be measured again.
+    """
+
+    undecided: tuple[Attempt, ...] = ()
+    returned: tuple[Attempt, ...] = ()
+    forgotten: tuple[Attempt, ...] = ()
+    unmeasured: tuple[Attempt, ...] = ()
+
+
+def as_written(attempt: Attempt) -> Found:
+    """Where a box is in a world that begins anew as the journal says."""
+    return Found.IN_BIN if attempt.step.in_bin else Found.ON_BELT
+
+
+def sorted_out(pending: list[Attempt], find: Finder) -> Recovery:
+    """What is to be done about each placement that was under way.
+
+    A box that was only planned is still on the belt, one that the pad has let go is in its bin;
+    about the others ``find`` is asked.
+    """
+    undecided: list[Attempt] = []
+    returned: list[Attempt] = []
+    unmeasured: list[Attempt] = []
+    for attempt in pending:
+        if attempt.step is Step.PLACED:
+            unmeasured.append(attempt)
+        elif attempt.step is not Step.PLANNED:
+            found = find(attempt)
+            kinds = {Found.ON_BELT: returned, Found.IN_BIN: unmeasured, None: undecided}
+            kinds[found].append(attempt)
+    forgotten = tuple(attempt for attempt in pending if attempt.step is Step.PLANNED)
+    return Recovery(tuple(undecided), tuple(returned), forgotten, tuple(unmeasured))
