@@ -10,6 +10,7 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+from arm_executor.bins.doubt import DOUBT, Finder, Recovery, as_written, sorted_out
 from arm_executor.bins.journal import Journal
 from arm_executor.bins.records import Attempt, Step, placed_of
 from arm_executor.bins.start_bins import StartBin
@@ -41,15 +42,6 @@ class BookState:
     def find(self, bin_id: str) -> Bin | None:
         """The open bin called ``bin_id``."""
         return next((bin_ for bin_ in self.bins if bin_.id == bin_id), None)
-
-
-@dataclass(frozen=True)
-class Recovery:
-    """What a restart found: boxes brought back to the belt, boxes to measure again."""
-
-    returned: tuple[Attempt, ...] = ()
-    forgotten: tuple[Attempt, ...] = ()
-    unmeasured: tuple[Attempt, ...] = ()
 
 
 class BinBook:
@@ -107,22 +99,25 @@ class BinBook:
                     self._journal.set_measured(first.poses)
             self.ids_in_bins = self._journal.box_ids_in_bins()
 
-    def recover(self) -> Recovery:
+    def recover(self, find: Finder = as_written) -> Recovery:
         """Resolve what was under way when the executor died, and open missing bins.
 
-        A box that was only planned is still on the belt. One that was picked is put back there.
-        One whose release had begun is in its bin and must be measured: call :meth:`settled`.
-        May be called again after a crash in between.
+        A box that was only planned is still on the belt. Of one that was picked, or whose release
+        had begun, ``find`` says whether it is back on the belt or in its bin; when it cannot, the
+        box is unknown, and its bin blocked until :meth:`resolve`. One in its bin must be measured:
+        call :meth:`settled`. May be called again after a crash in between.
         """
         with self._lock:
-            pending = self._journal.pending()
-            recovery = Recovery(
-                returned=tuple(attempt for attempt in pending if attempt.step is Step.PICKED),
-                forgotten=tuple(attempt for attempt in pending if attempt.step is Step.PLANNED),
-                unmeasured=tuple(attempt for attempt in pending if attempt.step.in_bin),
-            )
+            recovery = sorted_out(self._journal.pending(), find)
             text = 'the executor was restarted while the box was in the gripper'
             with self._journal.transaction():
+                for attempt in recovery.undecided:
+                    event = self._event(attempt, BoxEventKind.UNKNOWN, Reason.FAULT, DOUBT)
+                    self._journal.set_step(attempt.id, Step.UNKNOWN, event.stamp_s)
+                    self._journal.add_event(event)
+                for attempt in recovery.unmeasured:
+                    if not attempt.step.in_bin:
+                        self._journal.set_step(attempt.id, Step.RELEASING, self._stamp())
                 for attempt in recovery.forgotten:
                     self._journal.set_step(attempt.id, Step.FORGOTTEN, self._stamp())
                 for attempt in recovery.returned:

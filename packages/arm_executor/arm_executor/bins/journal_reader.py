@@ -102,6 +102,10 @@ class JournalReader:
         """Placements that were under way when the journal was last written."""
         return self._attempts("step IN ('planned', 'picked', 'releasing', 'placed')", ())
 
+    def unknown(self) -> list[Attempt]:
+        """Placements of which nobody knows whether the box is in its bin."""
+        return self._attempts("step = 'unknown'", ())
+
     def _attempts(self, condition: str, values: Iterable[Any]) -> list[Attempt]:
         rows = self._db.execute(
             f'SELECT {_ATTEMPT} FROM attempt WHERE {condition} ORDER BY id', tuple(values)

@@ -24,6 +24,7 @@ class Step(str, Enum):
     FORGOTTEN = 'forgotten'
     RETURNED = 'returned'
     LOST = 'lost'
+    UNKNOWN = 'unknown'
 
     @property
     def in_bin(self) -> bool:

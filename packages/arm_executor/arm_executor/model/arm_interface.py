@@ -11,6 +11,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from enum import Enum
 from typing import Any, Protocol, runtime_checkable
 
 from pack_msgs_py.codes import ErrorCode, Phase
@@ -217,6 +218,28 @@ class ClockedArm(Protocol):
         """Robot seconds for which it had moved when :meth:`Arm.joint_positions` was true.
 
         Safe from any thread.
+        """
+
+
+class Found(Enum):
+    """Where a box is that the arm was moving when its executor died."""
+
+    ON_BELT = 'on the belt'
+    IN_BIN = 'in its bin'
+
+
+@runtime_checkable
+class FindingArm(Protocol):
+    """What an :class:`Arm` may have besides: after a restart it can tell where its last box is.
+
+    With an arm that has not, such a box is `UNKNOWN`: its bin is blocked until a person has looked.
+    """
+
+    def find_box(self, box: Box, station: str, target: Pose, *, released: bool) -> Found | None:
+        """Where a box is that was picked, or whose release had begun; ``None`` for not to be told.
+
+        Called before :meth:`Arm.set_bins`. A box that is in the gripper is to be brought back to
+        the belt first. ``target`` is where it was to rest, bin frame of ``station``.
         """
 
 
