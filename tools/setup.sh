@@ -124,6 +124,8 @@ find_pythons() {
       done
     fi
   } | while IFS= read -r candidate; do
+    # In a shell that knows the cell that is the environment itself, which is made anew.
+    [[ $candidate == "$venv"/* ]] && continue
     "$candidate" - "$ros_prefix" 2>/dev/null <<'END' || true
 import importlib.util as u, os, sys, sysconfig
 if (3, 10) <= sys.version_info[:2] <= (3, 13):

@@ -4,7 +4,7 @@ from setuptools import find_packages, setup
 
 PACKAGE = 'pack_cell'
 _WEB = ('css', 'html', 'js')
-_ROOMS = ('pages', 'report_page', 'view', 'what_if')
+_ROOMS = ('pages', 'replay', 'report_page', 'view', 'what_if')
 
 setup(
     name=PACKAGE,

@@ -13,6 +13,8 @@ Publishes
 ---------
 - `placements`: every decision as it is made.
 - `bin_closing`: why a bin is about to be closed.
+- `~/planning_record`: what each decision rested on and what came out (std_msgs/String, JSON), for
+  whoever wants to decide it again; made only for subscribers.
 - `/diagnostics`: once a second, what it decides with and how fast.
 
 Calls
@@ -38,6 +40,7 @@ from rclpy.action import ActionClient
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from std_msgs.msg import String
 from unique_identifier_msgs.msg import UUID  # type: ignore[import-untyped]
 
 from pack_msgs.action import PlaceBox
@@ -83,6 +86,7 @@ from pack_planner.coordination.coordinator import Coordinator
 from pack_planner.coordination.inputs import Heartbeat, check_scan
 from pack_planner.coordination.negotiation import Asking
 from pack_planner.coordination.patience import Patience
+from pack_planner.coordination.planning_record import PlanningQuestion, record_of, record_to_json
 from pack_planner.coordination.worker import Worker
 from pack_planner.decision.pick_point import pick_pose
 from pack_planner.decision.planner import Planner
@@ -130,6 +134,8 @@ class PlannerNode(Node):
         self._closings = self.create_publisher(
             DiagnosticStatus, 'bin_closing', qos.TOPICS['bin_closing']
         )
+        self._questions: dict[int, PlanningQuestion] = {}
+        self._records = self.create_publisher(String, '~/planning_record', 100)
         self._action = ActionClient(self, PlaceBox, 'place_box')
         self._swap_bin = self.create_client(SwapBin, 'swap_bin')
         self._asker = ArmAsker(self, self.coordinator.on_checked)
@@ -296,9 +302,22 @@ class PlannerNode(Node):
     def _fetch(self) -> None:
         for number, planned_step, error in self._worker.fetch():
             self.coordinator.on_planned(number, planned_step, error)
+            # Last, since the arm waits for what comes of it.
+            self._tell_record(number, planned_step)
+
+    def _tell_record(self, number: int, planned_step: Planned | None) -> None:
+        question = self._questions.pop(number, None)
+        for old in [earlier for earlier in self._questions if earlier < number]:
+            del self._questions[old]
+        if question is None or planned_step is None:
+            return
+        if self._records.get_subscription_count():
+            text = record_to_json(record_of(question, planned_step))
+            self._records.publish(String(data=text))
 
     def plan(self, number: int, state: DecisionState, candidates: int) -> None:
         """Compute a decision in the worker's thread."""
+        self._questions[number] = PlanningQuestion(number, state, candidates, self.parameters)
         self._worker.submit(partial(self._answer, number, state, candidates))
 
     # --- outputs -----------------------------------------------------------------------------

@@ -1,0 +1,1 @@
+"""A recorded run seen again: as a page, decided again, as a picture."""

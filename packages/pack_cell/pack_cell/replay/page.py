@@ -1,0 +1,29 @@
+"""The page of a recorded run: the cell in 3D at any moment, decision by decision."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from arm_executor.model.layout import Layout
+from pack_cell.pages.rendering import render
+from pack_cell.recording.heard import Heard
+from pack_cell.replay.timeline import timeline
+
+#: How many times as fast as real time the page plays.
+SPEEDS = (0.1, 0.25, 0.5, 1, 2, 5, 10, 30, 100)
+
+
+def replay_page(name: str, heard: Sequence[Heard]) -> str:
+    """One self-contained page of what was ``heard`` in the run called ``name``."""
+    run = timeline(heard)
+    belt = Layout().conveyor
+    # No message tells how broad and long the belt is.
+    run['belt_size'] = [belt.width, belt.length]
+    minutes, seconds = divmod(round(run['end']), 60)
+    subtitle = (
+        f'{len(run["boxes"])} boxes, {len(run["decisions"])} decisions, '
+        f'{minutes}:{seconds:02d} min robot time'
+    )
+    return render(
+        'replay/replay.html', title=f'Replay: {name}', subtitle=subtitle, run=run, speeds=SPEEDS
+    )

@@ -1,0 +1,102 @@
+"""Recorded messages to values of the cell."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from builtin_interfaces.msg import Time
+from rclpy.serialization import deserialize_message
+
+from pack_cell.recording.heard import (
+    ArmMode,
+    FixedFrame,
+    Heard,
+    JointPositions,
+    RobotText,
+    RobotTimes,
+)
+from pack_cell.recording.messages import RecordedMessage
+from pack_cell.recording.reading import NoRecording, read_messages
+from pack_cell.ros.message_definitions import message_class
+from pack_msgs_py.codes import Mode
+from pack_msgs_py.geometry.pose import Pose
+from pack_msgs_py.ros import conversions
+from pack_planner.coordination.planning_record import record_from_json
+
+CLOCK = '/clock'
+
+
+def recorded_values(path: Path) -> list[Heard]:
+    """What a recording says of the cell, in the order in which it was said.
+
+    Messages that cannot be read, of topics that the cell does not know or of another version of
+    them, are left out.
+
+    Raises
+    ------
+    NoRecording
+        The file cannot be read, or holds nothing of a cell.
+    """
+    messages = sorted(read_messages(path), key=lambda message: message.published_ns)
+    if not messages:
+        msg = f'{path} holds no message'
+        raise NoRecording(msg)
+    clocks = [(m.published_ns, _nanoseconds(m)) for m in messages if m.topic.name == CLOCK]
+    times = RobotTimes(clocks, messages[0].published_ns)
+    heard = []
+    for message in messages:
+        topic = message.topic.name.rsplit('/', 1)[1]
+        for value in _values(topic, message):
+            heard.append(Heard(times.at(message.published_ns), topic, value))
+    if not any(each.topic in ('bin_state', 'placements') for each in heard):
+        msg = f'{path} holds nothing of a cell that this version can read'
+        raise NoRecording(msg)
+    return heard
+
+
+def _nanoseconds(message: RecordedMessage) -> int:
+    clock: Time = _message(message).clock
+    return int(clock.sec) * 1_000_000_000 + int(clock.nanosec)
+
+
+def _message(message: RecordedMessage) -> Any:  # noqa: ANN401 - rclpy is not typed
+    return deserialize_message(message.data, message_class(message.topic.type_name))
+
+
+def _values(topic: str, message: RecordedMessage) -> list[Any]:
+    read = _READERS.get(topic)
+    if read is None:
+        return []
+    try:
+        values = read(_message(message))
+    # What another version of the messages wrote cannot be told from what is damaged.
+    except (ValueError, LookupError, RuntimeError, MemoryError):
+        return []
+    return values if isinstance(values, list) else [values]
+
+
+def _frames(msg: Any) -> list[FixedFrame]:  # noqa: ANN401 - rclpy is not typed
+    frames = []
+    for stamped in msg.transforms:
+        at, turn = stamped.transform.translation, stamped.transform.rotation
+        pose = Pose((at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w))
+        frames.append(FixedFrame(stamped.child_frame_id, stamped.header.frame_id, pose))
+    return frames
+
+
+_READERS: Mapping[str, Callable[[Any], Any]] = {
+    'box_scan': lambda msg: conversions.scan_from_ros(msg)[0],
+    'bin_state': conversions.bins_from_ros,
+    'bin_closed': conversions.bin_from_ros,
+    'bin_closing': conversions.closing_from_ros,
+    'placements': conversions.decision_from_ros,
+    'placement_report': conversions.report_from_ros,
+    'box_event': conversions.event_from_ros,
+    'planning_record': lambda msg: record_from_json(msg.data),
+    'executor_state': lambda msg: ArmMode(Mode(msg.mode), msg.message),
+    'joint_states': lambda msg: JointPositions(tuple(msg.name), tuple(msg.position)),
+    'robot_description': lambda msg: RobotText(msg.data),
+    'tf_static': _frames,
+}
