@@ -19,7 +19,7 @@ from pack_cell.recording.faults import (
     fault_of_report,
 )
 from pack_cell.recording.flight import FlightBuffer
-from pack_cell.recording.reading import find_recording, read_messages
+from pack_cell.recording.reading import find_recordings, read_messages
 from pack_msgs_py.cell_values import BoxEvent, Report
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode
 
@@ -71,7 +71,7 @@ def test_a_fault_is_kept_beside_the_journals_with_copies_of_them(tmp_path: Path)
         messages = [message('a', 1.0), message('b', 2.0)]
         folder = FaultFolders(tmp_path).keep('COLLISION', messages, {'planner': {'level': 0}})
     assert folder.parent == tmp_path / 'faults' / 'COLLISION'
-    assert list(read_messages(find_recording(folder))) == messages
+    assert list(read_messages(find_recordings(folder)[0])) == messages
     assert json.loads((folder / 'nodes.json').read_text()) == {'planner': {'level': 0}}
     with closing(sqlite3.connect(folder / 'executor.sqlite')) as copy:
         assert copy.execute('select id from boxes').fetchall() == [('b-1',)]

@@ -12,7 +12,7 @@ from recorded_messages import HASH, KEPT, message, topic
 from rosbags.highlevel import AnyReader
 
 from pack_cell.recording.mcap_file import McapFile, write_mcap
-from pack_cell.recording.reading import NoRecording, find_recording, read_messages
+from pack_cell.recording.reading import NoRecording, find_recordings, next_recording, read_messages
 
 
 def test_what_is_written_is_read_back(tmp_path: Path) -> None:
@@ -86,13 +86,22 @@ def test_silence_ends_a_chunk_too(tmp_path: Path) -> None:
     file.close()
 
 
+def test_a_run_that_was_resumed_goes_on_in_a_new_file(tmp_path: Path) -> None:
+    made = []
+    for _ in range(11):
+        made.append(next_recording(tmp_path))
+        made[-1].touch()
+    assert made[1].name == 'run-2.mcap'
+    assert find_recordings(tmp_path) == made
+
+
 def test_what_is_no_recording_is_told(tmp_path: Path) -> None:
     with pytest.raises(NoRecording, match='no such file'):
-        find_recording(tmp_path / 'nowhere')
+        find_recordings(tmp_path / 'nowhere')
     with pytest.raises(NoRecording, match='no recording'):
-        find_recording(tmp_path)
+        find_recordings(tmp_path)
     text = tmp_path / 'run.mcap'
     text.write_text('boxes')
-    assert find_recording(tmp_path) == text
+    assert find_recordings(tmp_path) == [text]
     with pytest.raises(NoRecording, match='is no MCAP file'):
         list(read_messages(text))

@@ -11,7 +11,7 @@ from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
-from pack_cell.recording.reading import find_recording, read_messages
+from pack_cell.recording.reading import find_recordings, read_messages
 from pack_cell.ros.message_definitions import message_definition
 from pack_cell.ros.topic_recorder import TopicRecorder
 from pack_msgs.msg import ExecutorState
@@ -83,7 +83,7 @@ def test_a_fault_is_kept_also_when_nothing_is_recorded(ros_domain: int, tmp_path
             wait_until(lambda before=heard: recorder.heard > before)
     assert not (tmp_path / 'run.mcap').exists()
     [folder] = (tmp_path / 'state' / 'faults' / 'ARM_PROTECTIVE_STOP').iterdir()
-    kept = [m for m in read_messages(find_recording(folder)) if m.topic.name.endswith('_state')]
+    kept = [m for m in read_messages(find_recordings(folder)[0]) if m.topic.name.endswith('_state')]
     assert len(kept) == 2
 
 

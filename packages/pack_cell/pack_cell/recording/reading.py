@@ -27,8 +27,16 @@ class NoRecording(ValueError):
     """There is no recording, or what there is cannot be read; the message says which."""
 
 
-def find_recording(place: Path) -> Path:
-    """The recording that ``place`` is or, as the folder of a run or of a fault, holds.
+def next_recording(folder: Path) -> Path:
+    """Where a run in ``folder`` is to be recorded: one that was resumed goes on in a new file."""
+    path, number = folder / RUN_FILE, 2
+    while path.exists():
+        path, number = folder / f'run-{number}.mcap', number + 1
+    return path
+
+
+def find_recordings(place: Path) -> list[Path]:
+    """The recordings that ``place`` is or, as the folder of a run or of a fault, holds, in order.
 
     Raises
     ------
@@ -36,19 +44,15 @@ def find_recording(place: Path) -> Path:
         There is none.
     """
     if place.is_file():
-        return place
+        return [place]
     if not place.is_dir():
         msg = f'{place}: there is no such file or folder'
         raise NoRecording(msg)
-    path = place / RUN_FILE
-    if path.is_file():
-        return path
-    others = sorted(place.glob('*.mcap'))
-    if len(others) == 1:
-        return others[0]
-    what = f'{len(others)} recordings: name one of them' if others else 'no recording'
-    msg = f'{place} holds {what} (a run writes {RUN_FILE} unless --record says otherwise)'
-    raise NoRecording(msg)
+    found = sorted(place.glob('*.mcap'), key=lambda path: (len(path.name), path.name))
+    if not found:
+        msg = f'{place} holds no recording (a run writes {RUN_FILE} unless --record says otherwise)'
+        raise NoRecording(msg)
+    return found
 
 
 def read_messages(path: Path, topics: Collection[str] | None = None) -> Iterator[RecordedMessage]:

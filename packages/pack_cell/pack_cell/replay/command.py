@@ -47,7 +47,7 @@ def add_replay(verbs: Any) -> None:  # noqa: ANN401 - argparse does not name its
 def run_replay(options: argparse.Namespace) -> int:
     """Do what ``options`` say; return the exit code."""
     # ROS takes half a second to load.
-    from pack_cell.recording.reading import NoRecording, find_recording
+    from pack_cell.recording.reading import NoRecording, find_recordings
     from pack_cell.replay.page import replay_page
     from pack_cell.ros.recorded_values import recorded_values
 
@@ -55,7 +55,7 @@ def run_replay(options: argparse.Namespace) -> int:
         if options.html is not None and options.html.suffix != '.html':
             msg = f'--html {options.html} must end in .html'
             raise ValueError(msg)
-        heard = recorded_values(find_recording(options.run))
+        heard = recorded_values(find_recordings(options.run))
         if options.verify:
             return _verify([each.value for each in heard])
         page = replay_page(options.run.resolve().name, heard)

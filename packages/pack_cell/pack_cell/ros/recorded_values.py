@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -28,8 +28,8 @@ from pack_planner.coordination.planning_record import record_from_json
 CLOCK = '/clock'
 
 
-def recorded_values(path: Path) -> list[Heard]:
-    """What a recording says of the cell, in the order in which it was said.
+def recorded_values(paths: Sequence[Path]) -> list[Heard]:
+    """What the recordings of a run say of the cell, in the order in which it was said.
 
     Messages that cannot be read, of topics that the cell does not know or of another version of
     them, are left out.
@@ -37,11 +37,12 @@ def recorded_values(path: Path) -> list[Heard]:
     Raises
     ------
     NoRecording
-        The file cannot be read, or holds nothing of a cell.
+        A file cannot be read, or they hold nothing of a cell.
     """
-    messages = sorted(read_messages(path), key=lambda message: message.published_ns)
+    every = (message for path in paths for message in read_messages(path))
+    messages = sorted(every, key=lambda message: message.published_ns)
     if not messages:
-        msg = f'{path} holds no message'
+        msg = f'{paths[0]} holds no message'
         raise NoRecording(msg)
     clocks = [(m.published_ns, _nanoseconds(m)) for m in messages if m.topic.name == CLOCK]
     times = RobotTimes(clocks, messages[0].published_ns)
@@ -51,7 +52,7 @@ def recorded_values(path: Path) -> list[Heard]:
         for value in _values(topic, message):
             heard.append(Heard(times.at(message.published_ns), topic, value))
     if not any(each.topic in ('bin_state', 'placements') for each in heard):
-        msg = f'{path} holds nothing of a cell that this version can read'
+        msg = f'{paths[0]} holds nothing of a cell that this version can read'
         raise NoRecording(msg)
     return heard
 

@@ -17,7 +17,7 @@ from pack_cell.options.run_options import (
     RunOptions,
     open_stream,
 )
-from pack_cell.recording.reading import RUN_FILE
+from pack_cell.recording.reading import next_recording
 from pack_cell.report.ended_run import execution_profile
 from pack_msgs_py.orientation import TRAY_HEIGHT_MM
 from pack_msgs_py.profiles import adapted, find_profile
@@ -112,7 +112,7 @@ def recorder_parameters(folder: Path, record: str) -> dict[str, Any]:
     """Parameters of the node that records; empty where there is to be none."""
     if record == 'nothing':
         return {}
-    file = str(folder / RUN_FILE) if record == 'all' else ''
+    file = str(next_recording(folder)) if record == 'all' else ''
     return {'file': file, 'state_dir': str(folder / 'state')}
 
 
