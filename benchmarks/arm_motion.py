@@ -36,7 +36,7 @@ from arm_executor.motion.planned import PlannedMotion
 from arm_executor.motion.stances import GRIP_S, RELEASE_S
 from arm_executor.reach.layout_file import load_layout
 from conveyor_sim.streams import load_boxes
-from pack_cell.options.run_options import GRASP_FACES
+from pack_cell.options.usual import GRASP_FACES
 from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.codes import ErrorCode, Phase
 from pack_msgs_py.geometry.pose import Pose

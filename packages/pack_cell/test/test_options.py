@@ -134,11 +134,13 @@ def test_planner_executor_and_report_keep_the_same_margins(
 @pytest.mark.parametrize(
     ('arguments', 'rule', 'tips'),
     [
-        ([], 'upright', False),
+        ([], UPRIGHT_OR_TIPPED, True),
         (['--profile', 'dense'], UPRIGHT_OR_TIPPED, True),
+        (['--profile', 'paper'], 'upright', False),
+        (['--robot', 'ur5e'], 'upright', False),
         (['--profile', 'dense', '--belt-mode', 'continuous'], 'upright', False),
         (['--profile', 'dense', '--grasp-faces', 'any'], 'upright_or_front_up', False),
-        (['--grasp-faces', 'tray'], UPRIGHT_OR_TIPPED, True),
+        (['--profile', 'paper', '--grasp-faces', 'tray'], UPRIGHT_OR_TIPPED, True),
     ],
 )
 def test_planner_executor_and_conveyor_mean_the_same_faces(arguments, rule, tips, tmp_path):

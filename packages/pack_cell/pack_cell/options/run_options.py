@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -43,22 +43,18 @@ from pack_cell.options.parsers import (
     whole,
 )
 from pack_cell.options.planner_values import algorithm_name, planner_value, tuned_file
-from pack_msgs_py.orientation import TILT_TIME_S, UPRIGHT_OR_TIPPED
+from pack_cell.options.usual import (
+    GRASP_FACES,
+    SCAN_SIGMA_MM,
+    USUAL_ALGORITHM,
+    USUAL_FACES,
+    usual_faces,
+)
+from pack_msgs_py.orientation import TILT_TIME_S
 from pack_msgs_py.parameter_fields import Value
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import BIN_KINDS, BinSpec
 from pack_planner.algorithms import BUILT_IN
-
-#: Error of the scanner by profile: what one can buy, and none, as in the paper.
-SCAN_SIGMA_MM = {'cell': 2.0, 'dense': 2.0, 'paper': 0.0}
-#: Orientation rule of planner and executor by the faces that the arm takes boxes by.
-GRASP_FACES = {'top': 'upright', 'any': 'upright_or_front_up', 'tray': UPRIGHT_OR_TIPPED}
-#: By which faces boxes are taken, by profile.
-USUAL_FACES = {'cell': 'top', 'dense': 'tray', 'paper': 'top'}
-#: Which algorithm packs, by profile: what fills most under it (docs/benchmarks/execution.md).
-USUAL_ALGORITHM = {'cell': 'rollout', 'dense': 'foresight', 'paper': 'rollout'}
-#: What else is off when the sizes are, in kilograms and degrees.
-SCAN_SIGMA_KG, SCAN_SIGMA_DEG = 0.02, 0.3
 
 _PACK, _DECIDE, _BELT = 'what to pack', 'how to decide', 'what comes on the belt'
 _ACT, _OUTPUT = 'how to act', 'output'
@@ -391,7 +387,8 @@ class RunOptions:
     )
     grasp_faces: str = option(
         '',
-        'faces by which the arm takes boxes; a continuous belt has no tray: there `top`',
+        'faces by which the arm takes boxes; `top` where no tray can stand: at a continuous belt, '
+        'or under an arm that waits low',
         _ACT,
         read=OneOf(
             lambda: {
@@ -528,9 +525,11 @@ def run_options(given: Mapping[str, Any]) -> RunOptions:
             )
         elif named.declaration.by_profile is not None:
             values[named.key] = named.declaration.by_profile[profile]
-    if 'grasp_faces' not in given and values.get('belt_mode') == 'continuous':
-        values['grasp_faces'] = 'top'
-    return RunOptions(**values)
+    options = RunOptions(**values)
+    if 'grasp_faces' in given:
+        return options
+    faces = usual_faces(profile, options.belt_mode, options.layout, options.robot)
+    return replace(options, grasp_faces=faces)
 
 
 def parse_run_options(arguments: Sequence[str], prog: str = 'cell run') -> RunOptions:

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from pack_cell.options.run_options import GRASP_FACES, RunOptions
+from pack_cell.options.run_options import RunOptions
+from pack_cell.options.usual import GRASP_FACES
 from pack_cell.report.accounts import BoxAccounts, disagreements
 from pack_cell.report.archive import BinFigures
 from pack_cell.report.offline_packing import OfflineBins

@@ -10,13 +10,8 @@ from arm_executor.bins.start_bins import check_start_bins, read_start_bins
 from arm_executor.reach.layout_file import find_layout, layout_for
 from conveyor_sim.streams import destination_names
 from pack_cell.options.declaration import declared_options
-from pack_cell.options.run_options import (
-    GRASP_FACES,
-    SCAN_SIGMA_DEG,
-    SCAN_SIGMA_KG,
-    RunOptions,
-    open_stream,
-)
+from pack_cell.options.run_options import RunOptions, open_stream
+from pack_cell.options.usual import GRASP_FACES, SCAN_SIGMA_DEG, SCAN_SIGMA_KG
 from pack_cell.recording.reading import next_recording
 from pack_cell.report.ended_run import execution_profile
 from pack_msgs_py.orientation import TRAY_HEIGHT_MM

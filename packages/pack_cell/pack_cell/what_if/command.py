@@ -7,6 +7,7 @@ import shlex
 import sys
 from collections.abc import Sequence
 
+from pack_cell.options.usual import USUAL_FACES
 from pack_cell.what_if.options import NO_ARM, combinations_of
 
 EXIT_OK, EXIT_FAULT, EXIT_USAGE, EXIT_INTERRUPTED = 0, 1, 2, 130
@@ -34,6 +35,7 @@ def _run(arguments: argparse.Namespace, command: str) -> int:
     from pack_cell.what_if.page import compare_page, write_outcomes
     from pack_cell.what_if.recommendation import recommendations
 
+    arguments.grasp_faces = arguments.grasp_faces or USUAL_FACES[arguments.profile]
     combinations = combinations_of(arguments)
     source = source_of(arguments)
     arguments.out.parent.mkdir(parents=True, exist_ok=True)

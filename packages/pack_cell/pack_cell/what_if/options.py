@@ -12,7 +12,7 @@ from typing import Any
 from conveyor_sim.streams import SYNTAX
 from pack_cell.options.declaration import DEFAULT_PROFILE
 from pack_cell.options.parsers import BadValue, NumberRange, whole
-from pack_cell.options.run_options import GRASP_FACES
+from pack_cell.options.usual import GRASP_FACES, USUAL_ALGORITHM
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import BIN_KINDS, BinSpec, parse_bin
 
@@ -53,8 +53,8 @@ def add_compare(verbs: Any) -> None:  # noqa: ANN401 - argparse does not name it
         help=f'{BIN_KINDS} (default LDC)',
     )  # fmt: skip
     what.add_argument(
-        '--algorithms', type=_names, default=('rollout',), metavar='NAMES',
-        help='as in cell run (default rollout)',
+        '--algorithms', type=_names, default=(), metavar='NAMES',
+        help='as in cell run (default: that of cell run with the profile)',
     )  # fmt: skip
     what.add_argument(
         '--open-bins', type=lambda text: _numbers(text, _OPEN_BINS), default=(2,), metavar='N',
@@ -79,8 +79,8 @@ def add_compare(verbs: Any) -> None:  # noqa: ANN401 - argparse does not name it
         help=f'packing rules (default {DEFAULT_PROFILE})',
     )  # fmt: skip
     how.add_argument(
-        '--grasp-faces', choices=tuple(GRASP_FACES), default='top',
-        help='faces by which the arm takes boxes, as in cell run (default top)',
+        '--grasp-faces', choices=tuple(GRASP_FACES), default='',
+        help='faces by which the arm takes boxes (default: as in cell run with the profile)',
     )  # fmt: skip
     how.add_argument(
         '--arm', choices=(NO_ARM, 'timed', 'physics'), default=NO_ARM,
@@ -106,7 +106,8 @@ def combinations_of(arguments: argparse.Namespace) -> list[Combination]:
     from pack_msgs_py.plug_ins import absolute_place
     from pack_planner.algorithms import find_algorithm
 
-    algorithms = [absolute_place(name) for name in arguments.algorithms]
+    names = arguments.algorithms or (USUAL_ALGORITHM[arguments.profile],)
+    algorithms = [absolute_place(name) for name in names]
     for name in algorithms:
         find_algorithm(name)
     return [

@@ -21,7 +21,7 @@ from pack_cell.bench.runner import Workers, run
 from pack_cell.bench.statistics import ci95
 from pack_cell.bench.streams import collection
 from pack_cell.bench.values import BenchSettings, Case, CollectionSource
-from pack_cell.options.run_options import GRASP_FACES, SCAN_SIGMA_MM
+from pack_cell.options.usual import GRASP_FACES, SCAN_SIGMA_MM
 from pack_cell.what_if.options import Combination
 from pack_msgs_py.profiles import adapted, find_profile
 from pack_planner.decision.options import DecisionOptions
