@@ -87,7 +87,8 @@ class ExecutorParameters:
     )
     speed: float = parameter(
         1.0,
-        'Robot seconds per wall-clock second; 0 is as fast as the machine can.',
+        'Robot seconds per wall-clock second; 0 is as fast as the machine can, and planning then '
+        'counts by what was planned, not by the clock.',
         low=0.0,
         high=1000.0,
         read_only=True,
@@ -164,6 +165,11 @@ class ExecutorSettings:
     speed: float = 1.0
     tilt_time_s: float = TILT_TIME_S
     pick_area: PickArea = field(default_factory=PickArea)
+
+    @property
+    def counts(self) -> bool:
+        """Whether planning counts by what was planned: as fast as possible, no clock tells."""
+        return self.speed == 0
 
 
 def destinations_from(parameters: ExecutorParameters) -> tuple[str, ...]:

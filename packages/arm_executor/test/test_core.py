@@ -12,6 +12,7 @@ from executor_cases import make_box, make_decision, make_goal, make_scan, pick_o
 from arm_executor.arms.timed import FAULT_SHIFT_M, TimedArm
 from arm_executor.bins.book import BookError
 from arm_executor.goals.outputs import BinsChanged, Failed, Finished, Happened, Replied
+from arm_executor.goals.placing import MOTION_PLAN_S
 from pack_msgs_py.cell_values import Scan, ScannedBox
 from pack_msgs_py.codes import ErrorCode, Mode
 from pack_msgs_py.geometry.pose import Pose, about_z, quaternion_product, turn_between
@@ -80,6 +81,28 @@ def test_a_deadline_that_is_not_enforced_is_reported_only(make_core_bench):
     bench = make_core_bench(enforce_deadline=False)
     report = bench.place(BOX, in_s=1.0)
     assert (report.code, bench.boxes()) == (ErrorCode.DEADLINE_MISSED, [BOX.id])
+
+
+def test_as_fast_as_possible_a_goal_is_not_late_for_what_the_machine_took(make_core_bench):
+    bench = make_core_bench(speed=0.0)
+    now_s = time.time()
+    bench.core.on_scan(make_scan(BOX, stamp_s=now_s, presented=BOX.id))
+    goal = make_goal(make_decision(BOX), deadline_s=now_s - 60.0 + 5.5, sent_s=now_s - 60.0)
+    bench.core.submit(goal)
+    bench.wait(lambda: bench.of(Finished))
+    report = bench.of(Finished)[0].report
+    assert (report.code, report.planning_s) == (ErrorCode.NONE, MOTION_PLAN_S)
+    assert report.slack_s == pytest.approx(5.5 - report.cycle_s)
+
+
+def test_at_any_other_speed_the_clock_makes_a_goal_late(make_core_bench):
+    bench = make_core_bench(speed=1.0)
+    now_s = time.time()
+    bench.core.on_scan(make_scan(BOX, stamp_s=now_s, presented=BOX.id))
+    goal = make_goal(make_decision(BOX), deadline_s=now_s - 54.5, sent_s=now_s - 60.0)
+    bench.core.submit(goal)
+    bench.wait(lambda: bench.of(Finished))
+    assert bench.of(Finished)[0].report.code is ErrorCode.STALE_GOAL
 
 
 def presented_at(pose):

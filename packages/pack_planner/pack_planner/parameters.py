@@ -21,6 +21,9 @@ from pack_planner.decision.options import (
 from pack_planner.decision.policy import PolicySettings
 from pack_planner.decision.weights import DEFAULT_WEIGHTS, parse_weights
 
+#: A machine may be this much slower than nodes are counted before the clock ends a decision.
+SLOWEST_MACHINE = 20
+
 
 @dataclass(frozen=True)
 class PlannerParameters:
@@ -156,6 +159,15 @@ class PlannerParameters:
         low=0.1,
         high=86_400.0,
     )
+    speed: float = parameter(
+        1.0,
+        'robot seconds per wall-clock second, like the executor; at 0, as fast as possible, what '
+        'planning costs is counted by what was done instead of by the clock, and `budget_s` in '
+        'nodes',
+        low=0.0,
+        high=1000.0,
+        read_only=True,
+    )
     candidates: int = parameter(
         12,
         'placements that the arm is asked about at a time, best first; 0 to send goals unasked',
@@ -170,6 +182,13 @@ class PlannerParameters:
         low=0.0,
         high=60.0,
     )
+
+
+def counted_node_s(parameters: PlannerParameters) -> float | None:
+    """What a node of the search counts, seconds; ``None`` where planning goes by the clock."""
+    if parameters.speed > 0 or parameters.backend != 'search':
+        return None
+    return find_algorithm(parameters.algorithm).counted_node_s
 
 
 def settings(parameters: PlannerParameters) -> PolicySettings:
@@ -196,12 +215,18 @@ def settings(parameters: PlannerParameters) -> PolicySettings:
     tuned = read_table(parameters.tuned) if parameters.tuned else None
     if tuned is not None:
         check_table(tuned, algorithm.name, algorithm.weights)
+    budget_s, node_limit = parameters.budget_s, parameters.node_limit or None
+    node_s = counted_node_s(parameters)
+    if node_s:
+        in_budget = max(1, round(budget_s / node_s))
+        node_limit = in_budget if node_limit is None else min(node_limit, in_budget)
+        budget_s *= SLOWEST_MACHINE
     return PolicySettings(
         parameters.algorithm,
         profile,
         parse_weights(parameters.weights),
-        parameters.budget_s,
-        parameters.node_limit or None,
+        budget_s,
+        node_limit,
         parameters.backend,
         options,
         tuned,

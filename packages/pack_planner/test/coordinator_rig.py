@@ -18,9 +18,10 @@ from pack_msgs_py.codes import ErrorCode, Mode
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Bin, Box
 from pack_planner.coordination.alternatives import Planned
+from pack_planner.coordination.answers import CheckAnswer
 from pack_planner.coordination.coordinator import Coordinator
 from pack_planner.coordination.inputs import Heartbeat
-from pack_planner.coordination.negotiation import Asking, CheckAnswer
+from pack_planner.coordination.negotiation import Asking
 from pack_planner.decision.planner import PlaceStep, expected_bins
 
 EMPTY = Bin('bin-1', 1, SMALL)
@@ -104,7 +105,7 @@ class CoordinatorRig:
     def event(self, name, kind):
         self.coordinator.on_event(BoxEvent(name, kind, stamp_s=self.now))
 
-    def planned(self, name, corner=(0, 0, 0), *others):
+    def planned(self, name, corner=(0, 0, 0), *others, nodes=0):
         number = max(self.situations)
         target = self.situations[number].bins[0]
         offered = [
@@ -114,7 +115,8 @@ class CoordinatorRig:
             )
             for at in (corner, *others)
         ]  # fmt: skip
-        self.coordinator.on_planned(number, Planned(PlaceStep(offered[0]), tuple(offered[1:])))
+        planned = Planned(PlaceStep(offered[0]), tuple(offered[1:]), nodes)
+        self.coordinator.on_planned(number, planned)
 
     def answer(self, *answers):
         """The arm's answers: codes of refusals, or seconds of motion, or whole ones."""

@@ -8,7 +8,8 @@ import pytest
 from coordinator_rig import EMPTY, CoordinatorRig, box
 
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode
-from pack_planner.coordination.negotiation import HIDDEN_TIMEOUT_S, MARGIN_S, CheckAnswer
+from pack_planner.coordination.answers import CheckAnswer
+from pack_planner.coordination.negotiation import HIDDEN_TIMEOUT_S, MARGIN_S
 from pack_planner.decision.planner import CloseStep
 
 NO_PATH, NO_REACH = ErrorCode.PATH_IN_COLLISION, ErrorCode.NO_IK_SOLUTION

@@ -183,7 +183,7 @@ class ExecutorCore:
             self._belt.wake()
 
     def _admit(self, goal: PlaceGoal) -> None:
-        now_s = self._wall()
+        now_s = self._came_s(goal)
         refusal = admit(goal, self._admission_state(now_s))
         if refusal is not None:
             self.refuse(goal, refusal)
@@ -191,6 +191,11 @@ class ExecutorCore:
         placing = Placing(goal, self._ready(), now_s)
         self._placing = placing
         self._jobs.put(lambda: self._place(placing))
+
+    def _came_s(self, goal: PlaceGoal) -> float:
+        """When ``goal`` came, seconds since the epoch; when it was sent where no clock counts."""
+        now_s = self._wall()
+        return goal.sent_s if self._settings.counts and 0.0 < goal.sent_s < now_s else now_s
 
     def refuse(self, goal: PlaceGoal, refusal: Refusal) -> None:
         """End ``goal`` before anything moves."""

@@ -31,6 +31,7 @@ class PlaceGoal:
         that; it also says which face is up then.
     deadline_s : seconds since the epoch.
     goal_id : of the action.
+    sent_s : when it was sent, seconds since the epoch; 0 when it does not say so.
     """
 
     decision: Decision
@@ -39,6 +40,7 @@ class PlaceGoal:
     pick_frame: str
     deadline_s: float
     goal_id: bytes = bytes(16)
+    sent_s: float = 0.0
 
 
 def target_of(goal: PlaceGoal, bins: BookState) -> Bin:

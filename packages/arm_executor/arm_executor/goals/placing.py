@@ -32,6 +32,8 @@ _WHY_RETURNED = {
     ErrorCode.CANCELED: Reason.OPERATOR,
     ErrorCode.BOX_MISMATCH: Reason.INVALID_DATA,
 }
+#: What a motion that is planned counts where the clock does not, seconds; its usual time.
+MOTION_PLAN_S = 0.03
 #: A motion takes up to this much longer than predicted: trajectories run in whole steps.
 EXECUTION_SLACK_S = 0.05
 #: Progress is told at each new phase, and then at each further share of the whole.
@@ -98,7 +100,8 @@ class Placing:
     def run(self) -> Report:
         """Do it, whatever comes, and say how it ended."""
         self._tell(Phase.PLANNING, 0.0)
-        self._planning_s = self._tools.steady() - self._received_s
+        if not self._tools.settings.counts:
+            self._planning_s = self._tools.steady() - self._received_s
         try:
             self._look()
             # While the belt still brings the box.
@@ -148,13 +151,15 @@ class Placing:
 
     def _plan(self) -> MotionPlan:
         """Plan the motion; ``MotionError`` when there is none, or none that is short enough."""
-        started = self._tools.steady()
+        started, counts = self._tools.steady(), self._tools.settings.counts
+        spent_s = MOTION_PLAN_S
         try:
             sigmas = self._tools.settings.profile.size_sigmas
             request = request_of(self.goal, self._bin().station, self._belt.scan, sigmas)
             plan = self._tools.plans.plan(self._arm, request, self._book.state.poses)
+            spent_s = MOTION_PLAN_S if plan.planning_s else 0.0
         finally:
-            self._planning_s += self._tools.steady() - started
+            self._planning_s += spent_s if counts else self._tools.steady() - started
         self.remaining_s = plan.predicted_s
         tray_s = self._waited.tray_s
         needed_s = self._planning_s + tray_s + plan.predicted_s + EXECUTION_SLACK_S

@@ -60,15 +60,15 @@ class PlanCache:
         """The plan for ``request``, made now if there is none; may raise ``MotionError``.
 
         ``poses`` of all boxes in the bins, bin frame, are those at the start of the motion, which
-        follows that of ``after`` if there is one.
+        follows that of ``after`` if there is one. One that was kept cost no planning.
         """
         with self._planning:
-            answer = self._kept_answer(request, poses, after)
-            if answer is None:
-                answer = self._made(arm, request, poses, after)
+            kept = self._kept_answer(request, poses, after)
+            answer = kept or self._made(arm, request, poses, after)
         if isinstance(answer, MotionError):
             raise MotionError(answer.code, str(answer))
-        return replace(answer, request=request)
+        planning_s = answer.planning_s if kept is None else 0.0
+        return replace(answer, request=request, planning_s=planning_s)
 
     def _kept_answer(
         self, request: PlaceRequest, poses: Poses, after: MotionUnderWay | None

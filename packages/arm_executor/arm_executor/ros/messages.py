@@ -47,6 +47,7 @@ def goal_from_ros(msg: PlaceBox.Goal, goal_id: bytes, now_s: float) -> PlaceGoal
         pick_frame=check_name('pick_pose.frame_id', msg.pick_pose.header.frame_id),
         deadline_s=deadline_s,
         goal_id=goal_id,
+        sent_s=conversions.time_from_ros(msg.pick_pose.header.stamp),
     )
 
 

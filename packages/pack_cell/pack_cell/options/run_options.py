@@ -429,7 +429,7 @@ class RunOptions:
         metavar='X',
         # Who launches a cell looks at it, or has a real belt beside it.
         launch_default='1',
-        parameters=('conveyor.speed', 'arm_executor.speed'),
+        parameters=('conveyor.speed', 'arm_executor.speed', 'planner.speed'),
         in_summary=True,
     )
     respawn: bool = option(

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from arm_executor.reach.layout_file import LayoutError, find_layout
+from arm_executor.model.layout import LayoutError
+from arm_executor.reach.layout_file import find_layout
 from pack_msgs_py.orientation import TRAY_HEIGHT_MM, UPRIGHT_OR_TIPPED
 
 #: Error of the scanner by profile: what one can buy, and none, as in the paper.

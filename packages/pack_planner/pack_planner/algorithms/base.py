@@ -83,6 +83,7 @@ class Choice:
     ``reason`` says for people why this box. ``others`` are what it would choose instead, best
     first, as far as it knows without deciding anew. ``gap`` is how far the objective may at most
     lie above the optimum, relative to it; 0 when it is proven, infinite when nothing is known.
+    ``nodes`` is how many it took of the search, see :attr:`Problem.node_limit`.
     """
 
     candidate: Candidate
@@ -90,6 +91,7 @@ class Choice:
     reason: str = ''
     gap: float = 0.0
     others: tuple[Candidate, ...] = ()
+    nodes: int = 0
 
 
 #: Chooses a placement; ``None`` when no box of the look-ahead fits into any open bin.

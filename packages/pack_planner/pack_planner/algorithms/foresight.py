@@ -21,6 +21,7 @@ from pack_planner.algorithms.base import Choice, Problem
 from pack_planner.algorithms.play_out import best_plan
 from pack_planner.algorithms.registry import algorithm
 from pack_planner.algorithms.rollout import WEIGHTS as OF_ROLLOUT
+from pack_planner.algorithms.virtual_bins import SEARCH_S
 from pack_planner.algorithms.waste_weights import WasteWeights
 
 WEIGHTS = WasteWeights(
@@ -33,7 +34,7 @@ WEIGHTS_BY_VERTICES = replace(
 )  # fmt: skip
 
 
-@algorithm('foresight', weights=WEIGHTS)
+@algorithm('foresight', weights=WEIGHTS, node_s=SEARCH_S)
 def foresight(problem: Problem) -> Choice | None:
     """Choose as the module says; where it sees no move at all, as MPackLite does."""
     by_vertices = problem.engine.profile.min_vertices > 0

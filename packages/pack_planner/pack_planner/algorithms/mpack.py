@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from pack_msgs_py.codes import PlacementStatus
 from pack_msgs_py.values import Bin, BinSpec, Box
@@ -17,6 +18,9 @@ from pack_planner.joint.bin_by_bin.search import JointSearch
 from pack_planner.joint.budget import Budget
 from pack_planner.joint.by_solver.solvers import solve_joint
 from pack_planner.joint.solution import JointResult
+
+#: About what one node costs, seconds.
+NODE_S = 0.0001
 
 
 def mpack(problem: Problem) -> Choice | None:
@@ -37,9 +41,10 @@ def mpack(problem: Problem) -> Choice | None:
         for count in range(len(problem.boxes), 1, -1):
             result = _solve(problem, count, budget)
             if result.candidates is not None:
-                return _select(problem, result, proven)
+                return replace(_select(problem, result, proven), nodes=budget.taken)
             proven = proven and result.proven
-        return _singly(problem, proven)
+        choice = _singly(problem, proven)
+        return None if choice is None else replace(choice, nodes=budget.taken)
 
 
 def _nodes_of(problem: Problem) -> float:
@@ -127,4 +132,4 @@ def warm_up(engine: Engine) -> None:
         JointSearch(engine, boxes, bins, nothing_forbidden, known).run(Budget())
 
 
-algorithm('mpack', backends=True, alternatives='mpack_lite', prepare=warm_up)(mpack)
+algorithm('mpack', backends=True, alternatives='mpack_lite', prepare=warm_up, node_s=NODE_S)(mpack)

@@ -49,7 +49,7 @@ def best_plan(problem: Problem, weights: WasteWeights) -> Choice | None:
     made_all = len(totals) == len(firsts)
     status = PlacementStatus.OPTIMAL if made_all else PlacementStatus.BUDGET
     chosen, *others = (outlook.candidate(firsts[number]) for number in order)
-    return Choice(chosen, status, reason, others=tuple(others))
+    return Choice(chosen, status, reason, others=tuple(others), nodes=outlook.searches)
 
 
 def _played_out(

@@ -49,6 +49,7 @@ class AlgorithmSpec:
     prepare : compiles, or loads, what deciding on a few boxes in one bin does not reach.
     weights : a dataclass of numbers that ``cell tune`` may change, as they are where none are
         tuned; ``None`` for an algorithm without. It finds those to use in ``problem.weights``.
+    node_s : about what a node of its search costs, seconds; ``None`` for one that counts none.
     digest : changes with the content of the file that it comes from, if it was asked for by that.
     """
 
@@ -58,12 +59,21 @@ class AlgorithmSpec:
     alternatives: str = ''
     prepare: Callable[[Engine], None] | None = None
     weights: object = None
+    node_s: float | None = None
     digest: str = ''
 
     @property
     def is_built_in(self) -> bool:
         """Whether it is one of :data:`BUILT_IN`."""
         return self.decide.__module__.startswith(_FOLDER + '.')
+
+    @property
+    def counted_node_s(self) -> float | None:
+        """What a node counts; ``None`` where only a clock knows how long it decides.
+
+        Built-in algorithms that count none decide in a few milliseconds.
+        """
+        return 0.0 if self.node_s is None and self.is_built_in else self.node_s
 
     def __call__(self, problem: Problem) -> Choice | None:
         """Decide.
@@ -108,6 +118,7 @@ def algorithm(
     alternatives: str = '',
     prepare: Callable[[Engine], None] | None = None,
     weights: object = None,
+    node_s: float | None = None,
 ) -> Callable[[A], A]:
     """Register the decorated function, which stays as it is, as the algorithm called ``name``.
 
@@ -129,7 +140,7 @@ def algorithm(
             msg = f'algorithm name {name!r} is taken by a built-in one: choose another'
             raise ValueError(msg)
         decide = check_function(name, function)
-        SPECS[name] = AlgorithmSpec(name, decide, backends, alternatives, prepare, weights)
+        SPECS[name] = AlgorithmSpec(name, decide, backends, alternatives, prepare, weights, node_s)
         setattr(function, _ATTRIBUTE, SPECS[name])
         return function
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 from pack_planner.algorithms.base import Choice, Problem
 from pack_planner.algorithms.play_out import best_plan
 from pack_planner.algorithms.registry import algorithm
+from pack_planner.algorithms.virtual_bins import SEARCH_S
 from pack_planner.algorithms.waste_weights import WasteWeights
 
 WEIGHTS = WasteWeights(
@@ -21,7 +22,7 @@ WEIGHTS = WasteWeights(
 )
 
 
-@algorithm('rollout')
+@algorithm('rollout', node_s=SEARCH_S)
 def rollout(problem: Problem) -> Choice | None:
     """Choose by rollout, see the module; where it sees no move at all, as MPackLite does."""
     return best_plan(problem, WEIGHTS)

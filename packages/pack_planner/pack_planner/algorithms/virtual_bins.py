@@ -21,6 +21,8 @@ from pack_planner.engine.least_waste import least_waste
 from pack_planner.engine.room import unusable
 from pack_planner.engine.turns import support_rule, turns_of
 
+#: About what one search of a bin costs, seconds: medians are 0.2 (EQ) to 1.4 ms (PAL).
+SEARCH_S = 0.0007
 #: Rooms are looked at in steps of this, millimetres.
 ROOM_STEP_MM = 5
 
@@ -52,12 +54,13 @@ class Outlook:
     problem, weights : what is to be decided, and by what.
     alike : how many moves of one box are known in a bin as it is; in a virtual one it is one.
     bins : the open bins as they are.
+    searches : how often a bin was searched for some of the boxes.
     """
 
     def __init__(self, problem: Problem, weights: WasteWeights, alike: int) -> None:
         self.problem, self.weights, self.alike = problem, weights, alike
         self._due = time.monotonic() + problem.budget_s
-        self._searches = 0
+        self.searches = 0
         profile = problem.engine.profile
         turns = [turns_of(box, profile) for box in problem.boxes]
         self._arrays = tuple(
@@ -86,7 +89,7 @@ class Outlook:
         A node is a search of one bin for some of the boxes.
         """
         limit = self.problem.node_limit
-        used_up = limit is not None and self._searches >= limit
+        used_up = limit is not None and self.searches >= limit
         return used_up or time.monotonic() >= self._due
 
     def after(self, target: VirtualBin, move: Move) -> VirtualBin:
@@ -130,7 +133,7 @@ class Outlook:
             if refused is not None and not model.blocked and not barred:
                 which.append(number)
                 zones.append(refused)
-        self._searches += 1
+        self.searches += 1
         if not which:
             return [[] for _ in boxes]
         refused_rows = [

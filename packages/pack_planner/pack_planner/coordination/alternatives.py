@@ -23,12 +23,21 @@ def quick(settings: PolicySettings) -> PolicySettings:
     return replace(settings, algorithm=algorithm, backend='search')
 
 
+def nodes_of(step: PlannerStep) -> int:
+    """How many nodes the search took for ``step``."""
+    return step.nodes if isinstance(step, PlaceStep) else 0
+
+
 @dataclass(frozen=True)
 class Planned:
-    """What to do, and for a placement what to do instead, best first, should the arm refuse it."""
+    """What to do, and for a placement what to do instead, best first, should the arm refuse it.
+
+    ``nodes`` is how many the search took for all of it.
+    """
 
     outcome: PlannerStep
     alternatives: tuple[Decision, ...] = ()
+    nodes: int = 0
 
     def candidates(self) -> tuple[Decision, ...]:
         """The placements to ask the arm about, best first."""
@@ -38,7 +47,7 @@ class Planned:
 
     def limited(self, count: int) -> Planned:
         """The same with at most ``count`` placements."""
-        return Planned(self.outcome, self.alternatives[: max(0, count - 1)])
+        return replace(self, alternatives=self.alternatives[: max(0, count - 1)])
 
 
 def planned(
@@ -49,11 +58,13 @@ def planned(
 ) -> Planned:
     """The outcome by ``first``, and its own alternatives, or ``count`` - 1 by ``following``."""
     outcome = first(state)
+    nodes = nodes_of(outcome)
     if isinstance(outcome, CloseStep) and state.forbidden.leaves_out:
         state = replace(state, forbidden=state.forbidden.to_the_last())
         outcome = following(state)
+        nodes += nodes_of(outcome)
     if isinstance(outcome, PlaceStep) and outcome.others:
-        return Planned(outcome, outcome.others)
+        return Planned(outcome, outcome.others, nodes)
     alternatives: list[Decision] = []
     last = outcome
     while isinstance(last, PlaceStep) and len(alternatives) < count - 1:
@@ -61,6 +72,7 @@ def planned(
         target = next(there for there in state.bins if there.id == decision.bin_id)
         state = replace(state, forbidden=state.forbidden.plus(target, decision))
         last = following(state)
+        nodes += nodes_of(last)
         if isinstance(last, PlaceStep):
             alternatives.append(last.decision)
-    return Planned(outcome, tuple(alternatives))
+    return Planned(outcome, tuple(alternatives), nodes)

@@ -11,7 +11,8 @@ from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.closing import Cause, ClosingReason
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.values import Bin
-from pack_planner.coordination.negotiation import MARGIN_S, TRANSIENT, CheckAnswer, refusal_of
+from pack_planner.coordination.answers import TRANSIENT, CheckAnswer, refusal_of
+from pack_planner.coordination.negotiation import MARGIN_S
 from pack_planner.decision.planner import CloseStep
 
 #: A deadline that is advised is a multiple of this, seconds.

@@ -14,15 +14,15 @@ from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Report, Sc
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode
 from pack_msgs_py.values import Bin
 from pack_planner.coordination.alternatives import Planned
+from pack_planner.coordination.answers import TRANSIENT, CheckAnswer
 from pack_planner.coordination.awaited_bins import AwaitedBins
 from pack_planner.coordination.bin_answers import BinAnswers
 from pack_planner.coordination.inputs import Heartbeat, Inputs, same_content
 from pack_planner.coordination.negotiation import (
+    COUNTED_TIMEOUT_S,
     HIDDEN_TIMEOUT_S,
     LEAST_S,
-    TRANSIENT,
     Asking,
-    CheckAnswer,
     Talk,
     choose,
     learn,
@@ -74,6 +74,7 @@ class Coordinator:
         self._ahead: ReadyDecision | None = None
         self._goal: RunningGoal | None = None
         self._free_s = -math.inf
+        self._hidden_s = 0.0  # what the last motion hides of planning that is counted
         self._last_box = ''
         self._stale_inputs = False
         self._awaited_bins = AwaitedBins()
@@ -185,7 +186,7 @@ class Coordinator:
             self._stale_inputs = True
         else:
             planned = planned.limited(self.asking.candidates)
-            plan = replace(plan, talk=plan.talk.thought(planned))
+            plan = replace(plan, talk=plan.talk.thought(planned, self.asking.time))
             if self.asking.candidates and planned.candidates():
                 self._ask(plan, planned)
                 return
@@ -194,8 +195,8 @@ class Coordinator:
 
     def _ask(self, plan: PlanRequest, planned: Planned) -> None:
         """Ask the arm which of the candidates it can do."""
-        hidden = plan.ahead and self._goal is not None
-        limit_s = plan.talk.limit_s(self.asking.deadline_s, hidden=hidden)
+        hidden_s = math.inf if plan.ahead and self._goal is not None else self._hidden_s
+        limit_s = plan.talk.limit_s(self.asking.deadline_s, hidden_s)
         self._plan = plan
         self._asked = CheckRequest(plan, planned, limit_s, self._clock())
         self._out.check(plan.number, planned.candidates(), max(LEAST_S, limit_s))
@@ -209,7 +210,8 @@ class Coordinator:
         candidates, plan = asked.planned.candidates(), asked.plan
         chosen: Decision | None = candidates[0]
         seconds = self._clock() - asked.asked_s
-        plan = replace(plan, talk=plan.talk.heard(answers or (), seconds, asked.limit_s))
+        talk = plan.talk.heard(answers or (), seconds, asked.limit_s, self.asking.time)
+        plan = replace(plan, talk=talk)
         if answers is not None:
             deadline_s = self.asking.deadline_s
             learn(self._refusals, plan.bins, candidates, answers, deadline_s)
@@ -263,7 +265,11 @@ class Coordinator:
         if asked is not None:
             since_s = max(asked.asked_s, self._free_s)
             patience_s = len(asked.planned.candidates()) * self.asking.timeout_s
-            if now - since_s > (patience_s if self._goal is None else HIDDEN_TIMEOUT_S):
+            if self.asking.time.is_counted:
+                patience_s = COUNTED_TIMEOUT_S
+            elif self._goal is not None:
+                patience_s = HIDDEN_TIMEOUT_S
+            if now - since_s > patience_s:
                 self._out.warn('no answer to check_placements; going on with the first choice')
                 self.on_checked(asked.plan.number, None)
 
@@ -344,14 +350,17 @@ class Coordinator:
                 decision = refreshed_target(decision, target)
             else:
                 decision = self._announce(decision, plan)
-            late = max(0.0, ready_s - self._free_s) if announced else math.inf
-            goal_id = self._out.send(decision, target, min(plan.talk.spent_s, late))
+            unhidden_s = plan.talk.unhidden_s(self._hidden_s)
+            if announced and not self.asking.time.is_counted:
+                unhidden_s = min(unhidden_s, max(0.0, ready_s - self._free_s))
+            goal_id = self._out.send(decision, target, unhidden_s)
             self._goal = RunningGoal(decision, target, goal_id, self._clock())
         elif isinstance(outcome, CloseStep):
             target = self._in.open_bin(outcome.target.id)
             reason = self._answers.reason(outcome, plan.bins, plan.box_ids)
             self._out.info(f'closing bin {target.id!r} at {target.fill_rate:.1%}: {reason.text}')
             self._out.closing(reason)
+            self._hidden_s = 0.0
             self._awaited_bins.await_swap(target, self._clock())
             self._out.swap(target, outcome.destination)
         elif isinstance(outcome, WaitStep):
@@ -372,6 +381,8 @@ class Coordinator:
         """The goal is over: what follows from how it ended."""
         self._goal = None
         self._free_s = self._clock()
+        motion_s = 0.0 if goal.report is None else goal.report.motion_s
+        self._hidden_s = self.asking.time.hidden_by(motion_s)
         decision = goal.decision
         self._last_box = decision.box.id
         if code.box_is_in_bin:

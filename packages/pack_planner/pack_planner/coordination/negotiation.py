@@ -9,6 +9,8 @@ from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.values import Bin
 from pack_planner.coordination.alternatives import Planned
+from pack_planner.coordination.answers import TRANSIENT, CheckAnswer, refusal_of
+from pack_planner.coordination.planning_time import BY_CLOCK, PlanningTime
 from pack_planner.decision.refusals import Refusals
 
 #: Left of the deadline for sending the goal, and for what the arm plans anew.
@@ -17,22 +19,8 @@ MARGIN_S = 0.1
 LEAST_S = 0.01
 #: An arm that is moving may take this long to answer; nobody waits for it meanwhile.
 HIDDEN_TIMEOUT_S = 5.0
-
-#: Endings, and answers, that say nothing about the placement.
-TRANSIENT = frozenset(
-    {
-        ErrorCode.UNKNOWN,
-        ErrorCode.STALE_BIN_REVISION,
-        ErrorCode.BUSY,
-        ErrorCode.NOT_ACTIVE,
-        ErrorCode.BOX_NOT_ON_BELT,
-        ErrorCode.STALE_GOAL,
-        ErrorCode.START_STATE_INVALID,
-        ErrorCode.BOX_NOT_PRESENTED,
-        ErrorCode.CANCELED,
-        ErrorCode.PROTECTIVE_STOP,
-    }
-)
+#: Where the clock does not count, an answer may take as long as a machine may be busy.
+COUNTED_TIMEOUT_S = 60.0
 
 
 @dataclass(frozen=True)
@@ -40,31 +28,13 @@ class Asking:
     """How the arm is asked: about so many ``candidates`` at most (0: not at all), in what time.
 
     ``timeout_s`` is how long the answer for each may take that no motion hides, ``deadline_s`` the
-    time for a box.
+    time for a box, ``time`` what planning counts of it.
     """
 
     candidates: int = 0
     timeout_s: float = 1.0
     deadline_s: float = 5.5
-
-
-@dataclass(frozen=True)
-class CheckAnswer:
-    """What the arm says of one candidate; see PlacementCheck.msg.
-
-    ``motion_s`` is the time that it would take, 0 when there is no motion; ``predicted`` says that
-    it was refused by a prediction alone, without planning.
-    """
-
-    code: ErrorCode
-    motion_s: float = 0.0
-    predicted: bool = False
-
-    @property
-    def possible(self) -> bool:
-        """Whether there is a motion, however long it takes."""
-        slow = self.code is ErrorCode.DEADLINE_UNREACHABLE and self.predicted
-        return slow or self.code is ErrorCode.NONE
+    time: PlanningTime = BY_CLOCK
 
 
 @dataclass(frozen=True)
@@ -73,7 +43,8 @@ class Talk:
 
     ``first`` is the planner's first choice. ``first_refusal`` is why the arm cannot do the first
     one that its prediction let through, if ``first_known``; ``planning_s`` and ``check_s`` are what
-    all rounds took, ``trigger_s`` the stamp of the youngest input when they began.
+    all rounds took by the clock, ``spent_s`` what counts of it, ``trigger_s`` the stamp of the
+    youngest input when they began.
     """
 
     trigger_s: float
@@ -83,35 +54,46 @@ class Talk:
     checked: int = 0
     planning_s: float = 0.0
     check_s: float = 0.0
+    spent_s: float = 0.0
 
     @property
     def begun(self) -> bool:
         """Whether the arm has refused candidates before."""
         return self.checked > 0
 
-    @property
-    def spent_s(self) -> float:
-        """What the decision has cost so far."""
-        return self.planning_s + self.check_s
+    def limit_s(self, deadline_s: float, hidden_s: float) -> float:
+        """Motion that still fits before the deadline when a motion hides ``hidden_s``."""
+        return deadline_s - MARGIN_S - self.unhidden_s(hidden_s)
 
-    def limit_s(self, deadline_s: float, *, hidden: bool) -> float:
-        """Motion that still fits before the deadline; what a motion hides costs nothing."""
-        return deadline_s - MARGIN_S - (0.0 if hidden else self.spent_s)
+    def unhidden_s(self, hidden_s: float) -> float:
+        """What was spent beyond the ``hidden_s`` that a motion hides."""
+        return max(0.0, self.spent_s - hidden_s)
 
-    def thought(self, planned: Planned) -> Talk:
+    def thought(self, planned: Planned, time: PlanningTime) -> Talk:
         """After one more round of planning."""
         candidates = planned.candidates()
         if not candidates:
             return self
         seconds = sum(candidate.planning_s for candidate in candidates)
-        first = self.first or candidates[0]
-        return replace(self, first=first, planning_s=self.planning_s + seconds)
+        return replace(
+            self,
+            first=self.first or candidates[0],
+            planning_s=self.planning_s + seconds,
+            spent_s=self.spent_s + time.of_decision(planned.nodes, seconds),
+        )
 
-    def heard(self, answers: Sequence[CheckAnswer], seconds: float, limit_s: float) -> Talk:
+    def heard(
+        self, answers: Sequence[CheckAnswer], seconds: float, limit_s: float, time: PlanningTime
+    ) -> Talk:
         """After the arm has answered; what takes longer than ``limit_s`` counts as refused."""
         looked_at = [answer for answer in answers if answer.code not in TRANSIENT]
         let_through = [answer for answer in looked_at if not answer.predicted]
-        talk = replace(self, checked=self.checked + len(looked_at), check_s=self.check_s + seconds)
+        talk = replace(
+            self,
+            checked=self.checked + len(looked_at),
+            check_s=self.check_s + seconds,
+            spent_s=self.spent_s + time.of_answers(answers, seconds),
+        )
         if self.first_known or not let_through:
             return talk
         return replace(talk, first_refusal=refusal_of(let_through[0], limit_s), first_known=True)
@@ -127,14 +109,6 @@ class Talk:
             first_objective=first.objective,
             first_refusal=self.first_refusal,
         )
-
-
-def refusal_of(answer: CheckAnswer, limit_s: float) -> ErrorCode:
-    """Why a candidate cannot be done; ``NONE`` when it can, or when nobody knows."""
-    if answer.possible:
-        slow = answer.motion_s > limit_s
-        return ErrorCode.DEADLINE_UNREACHABLE if slow else ErrorCode.NONE
-    return ErrorCode.NONE if answer.code in TRANSIENT else answer.code
 
 
 def choose(

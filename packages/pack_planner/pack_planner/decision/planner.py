@@ -45,11 +45,13 @@ __all__ = [
 class PlaceStep:
     """Put this box there; ``decision`` lacks only sequence numbers and stamps.
 
-    ``others`` are what the algorithm would do instead, best first, as far as it says so.
+    ``others`` are what the algorithm would do instead, best first, as far as it says so; ``nodes``
+    how many it took of the search.
     """
 
     decision: Decision
     others: tuple[Decision, ...] = ()
+    nodes: int = 0
 
 
 @dataclass(frozen=True)
@@ -144,7 +146,7 @@ class Planner:
             self._made(choice, candidate, state.bins, seconds)
             for candidate in (choice.candidate, *choice.others)
         ]
-        return PlaceStep(made[0], tuple(made[1:]))
+        return PlaceStep(made[0], tuple(made[1:]), choice.nodes)
 
     def _made(
         self, choice: Choice, candidate: Candidate, bins: Sequence[Bin], seconds: float

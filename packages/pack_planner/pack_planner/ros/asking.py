@@ -14,7 +14,7 @@ from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.checks import InvalidValue
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.ros.conversions import duration_from_ros, duration_to_ros, placement_to_ros
-from pack_planner.coordination.negotiation import CheckAnswer
+from pack_planner.coordination.answers import CheckAnswer
 
 #: Takes the number of a request and the answers, ``None`` when the arm cannot be asked.
 Heard = Callable[[int, 'Sequence[CheckAnswer] | None'], None]

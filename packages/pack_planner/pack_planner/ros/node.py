@@ -87,11 +87,12 @@ from pack_planner.coordination.inputs import Heartbeat, check_scan
 from pack_planner.coordination.negotiation import Asking
 from pack_planner.coordination.patience import Patience
 from pack_planner.coordination.planning_record import PlanningQuestion, record_of, record_to_json
+from pack_planner.coordination.planning_time import PlanningTime
 from pack_planner.coordination.worker import Worker
 from pack_planner.decision.pick_point import pick_pose
 from pack_planner.decision.planner import Planner
 from pack_planner.decision.policy import DecisionState
-from pack_planner.parameters import PlannerParameters, settings
+from pack_planner.parameters import PlannerParameters, counted_node_s, settings
 from pack_planner.ros.asking import ArmAsker
 from pack_planner.ros.diagnostics import Diagnostics
 
@@ -124,7 +125,7 @@ class PlannerNode(Node):
         self._worker: Worker[Result] = Worker(self._guard.trigger, 'planning')
         self._worker.submit(partial(self._answer, WARM_UP, None, 1))
         p = self.parameters
-        asking = Asking(p.candidates, p.check_timeout_s, p.deadline_s)
+        asking = _asking(p)
         patience = Patience(p.look_ahead, p.min_look_ahead, p.patience_s)
         self.coordinator = Coordinator(self, time.monotonic, p.look_ahead, asking, patience)
 
@@ -262,9 +263,7 @@ class PlannerNode(Node):
         except ValueError as error:
             return SetParametersResult(successful=False, reason=str(error))
         self.parameters = wanted
-        self.coordinator.asking = Asking(
-            wanted.candidates, wanted.check_timeout_s, wanted.deadline_s
-        )
+        self.coordinator.asking = _asking(wanted)
         return SetParametersResult(successful=True)
 
     # --- computing ---------------------------------------------------------------------------
@@ -397,6 +396,11 @@ class PlannerNode(Node):
 
     def _now_s(self) -> float:
         return self.get_clock().now().nanoseconds * 1e-9
+
+
+def _asking(p: PlannerParameters) -> Asking:
+    time_counted = PlanningTime(counted_node_s(p))
+    return Asking(p.candidates, p.check_timeout_s, p.deadline_s, time_counted)
 
 
 def _frame(decision: Decision, bins: tuple[Bin, ...]) -> str:
