@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from planner_cases import SMALL, Engines, coarse, random_bin, random_box
 
 from pack_msgs_py.rules import violations
-from pack_msgs_py.values import Bin, Box
+from pack_msgs_py.values import Bin, Box, Walls
 from pack_planner.algorithms import Problem
 from pack_planner.algorithms.virtual_bins import Outlook
 from pack_planner.algorithms.waste_weights import WasteWeights
@@ -42,6 +42,7 @@ WEIGHTS = {
     'beside': {'beside': 1.0},
     'tall': {'tall': -1.0},
     'slender': {'slender': 0.5},
+    'shut_off': {'shut_off': 0.7},
 }
 WEIGHTS['all'] = {name: value for terms in WEIGHTS.values() for name, value in terms.items()}
 
@@ -79,6 +80,16 @@ def sides_of(placed, target):
     return [rooms for low, _, high in (along_x, along_y) for rooms in (low, high)]
 
 
+def shut_off(placed, target):
+    """Room behind a placement that is hidden from the front by it alone, mm^3."""
+    heights, room = heights_of(target)[1:-1, 1:-1], 0.0
+    for column in range(placed.corner_mm[0] // 10, placed.far_mm[0] // 10):
+        for row in range(placed.corner_mm[1] // 10):
+            seen_from = heights[column, row:].max()
+            room += 100 * max(0.0, placed.top_mm - seen_from)
+    return room
+
+
 def plain_waste(placed, target, weights, rooms, tolerance):
     """Waste of one placement, centimetre by centimetre."""
     length, breadth, limit = target.spec.size_mm
@@ -107,6 +118,7 @@ def plain_waste(placed, target, weights, rooms, tolerance):
         + weights.beside * dead * 10 / (dx * dy)
         + weights.tall * top / limit
         + weights.slender * dz / min(dx, dy)
+        + weights.shut_off * shut_off(placed, target) / (dx * dy * dz)
     )
 
 
@@ -118,6 +130,7 @@ def test_it_finds_the_placements_of_least_waste(name, terms, seed, count, far_en
     weights = replace(NOTHING, **WEIGHTS[terms], far_ends=far_ends)
     engine, rng = ENGINES[name], random.Random(seed)
     target, box = random_bin(engine, rng, count), random_box(rng, 'new')
+    target = replace(target, spec=replace(SMALL, walls=Walls.OPEN_FRONT))
     model = engine.model(target)
     outlook = Outlook(Problem(engine, (box,), (model,)), weights, 3)
     moves = outlook.bins[0].moves([0])[0]
@@ -133,6 +146,20 @@ def test_it_finds_the_placements_of_least_waste(name, terms, seed, count, far_en
     others = [spot for spot in map(spots.placed, range(len(spots))) if spot not in known]
     for spot in rng.sample(others, min(25, len(others))):
         assert plain_waste(spot, target, *by) >= moves[-1].waste - 1e-9
+
+
+def test_only_an_open_front_is_kept_open():
+    engine, rng = ENGINES['dense'], random.Random(5)
+    target, boxes = random_bin(engine, rng, 6), (random_box(rng, 'new'),)
+    weights = replace(NOTHING, shut_off=1.0)
+    wastes = []
+    for walls in Walls:
+        model = engine.model(replace(target, spec=replace(SMALL, walls=walls)))
+        moves = Outlook(Problem(engine, boxes, (model,)), weights, 30).bins[0].moves([0])[0]
+        wastes.append({move.waste for move in moves})
+    of_walls = dict(zip(Walls, wastes, strict=True))
+    assert of_walls[Walls.CLOSED] == of_walls[Walls.NONE] == {0.0}
+    assert max(of_walls[Walls.OPEN_FRONT]) > 0
 
 
 def test_lost_volume_is_that_of_the_cells():

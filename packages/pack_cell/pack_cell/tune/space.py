@@ -28,6 +28,7 @@ LIMITS = {
     'beside': (0.0, 1.5),
     'tall': (-1.0, 1.5),
     'slender': (-0.3, 0.5),
+    'shut_off': (0.0, 4.0),
     'choices': (1.0, 6.0),
 }
 UNIT = 'touched'

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pack_msgs_py.orientation import ORIENTATIONS
 from pack_msgs_py.rules import may_enter
-from pack_msgs_py.values import Box, PlacedBox
+from pack_msgs_py.values import Box, PlacedBox, Walls
 from pack_planner.algorithms.base import Problem
 from pack_planner.algorithms.waste_weights import WasteWeights
 from pack_planner.engine import BinModel, Candidate
@@ -71,7 +71,7 @@ class Outlook:
         forces = np.array([box.weight_kg * GRAVITY for box in problem.boxes])
         self._rules = (support_rule(profile), profile.min_vertices)
         self._boxes = (*self._arrays, starts, forces)
-        self._terms = weights.array()
+        self._terms = weights.array(), replace(weights, shut_off=0.0).array()
         self._bonus = [
             weights.large_first * box.volume_mm3 / max(box.volume_mm3 for box in problem.boxes)
             for box in problem.boxes
@@ -141,11 +141,12 @@ class Outlook:
             for own in zones
             for zone in own
         ]  # fmt: skip
+        terms = self._terms[source.spec.walls is not Walls.OPEN_FRONT]
         found, wastes = least_waste(
             source.spec.size_mm, *model.arrays(), *self._rules, np.array(which), *self._boxes,
             np.array(refused_rows, np.int64).reshape(-1, 4),
             np.cumsum([0, *(len(own) for own in zones)]), REFUSED_RADIUS_MM,
-            self.weights.far_ends, self._terms, *self.rooms(source.spec.size_mm), count,
+            self.weights.far_ends, terms, *self.rooms(source.spec.size_mm), count,
         )  # fmt: skip
         moves: dict[int, list[Move]] = {number: [] for number in boxes}
         age = self.weights.younger * index

@@ -13,7 +13,7 @@ from pack_planner.engine import waste
 #: Terms that depend on the place alone.
 _TERMS = (
     'lost', 'touched', 'level', 'spread', 'snug', 'near_mm', 'level_mm', 'hollow', 'above',
-    'beside', 'tall', 'slender',
+    'beside', 'tall', 'slender', 'shut_off',
 )  # fmt: skip
 
 
@@ -45,6 +45,8 @@ class WasteWeights:
     beside : the same along its four sides, as far as it is high.
     tall : for the height of its top, over that of the bin.
     slender : for its height, over the shorter edge of its base.
+    shut_off : where the front is open, for the room behind it, up to its top, that one sees from
+        the front no more, over its own volume.
     choices : see above.
     """
 
@@ -64,10 +66,11 @@ class WasteWeights:
     beside: float = 0.0
     tall: float = 0.0
     slender: float = 0.0
+    shut_off: float = 0.0
     choices: float = 2.0
 
     def __post_init__(self) -> None:
-        for name in ('lost', 'hollow', 'above', 'beside'):
+        for name in ('lost', 'hollow', 'above', 'beside', 'shut_off'):
             value = getattr(self, name)
             if not 0 <= value < math.inf:
                 msg = f'weight {name!r} is {value}; it must be 0 or more'

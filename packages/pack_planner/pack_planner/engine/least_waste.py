@@ -16,11 +16,13 @@ from pack_planner.engine.waste import (
     ABOVE,
     BESIDE,
     LEVEL,
+    SHUT_OFF,
     SLENDER,
     SNUG,
     SPREAD,
     TALL,
     TOUCHED,
+    shut_off,
     steps_between,
     waste_below,
     waste_beside,
@@ -147,6 +149,9 @@ def least_waste(  # type: ignore[no-untyped-def]
                         )
                         / volume
                     )
+                    if weights[SHUT_OFF] > 0.0:
+                        room = shut_off(columns, rows, height, area, spans, top)
+                        waste += weights[SHUT_OFF] * room / volume
                     if waste + bound + most_above / dz >= best[count - 1]:
                         continue
                     waste += shape + waste_beside(

@@ -11,8 +11,8 @@ from numba import njit
 
 #: Where the weights of the terms lie in an array of them.
 LOST, TOUCHED, LEVEL, SPREAD, SNUG, NEAR_MM, LEVEL_MM = range(7)
-HOLLOW, ABOVE, BESIDE, TALL, SLENDER = range(7, 12)
-WEIGHTS = 12
+HOLLOW, ABOVE, BESIDE, TALL, SLENDER, SHUT_OFF = range(7, 13)
+WEIGHTS = 13
 
 
 @njit(cache=True, nogil=True)
@@ -70,6 +70,27 @@ def waste_below(columns, rows, height, area, spans, z, top, limit, tolerance, un
             above -= cells * unusable[limit - height[c, r]]
     above += float((x1 - x0) * (y1 - y0)) * unusable[limit - top]
     return weights[LOST] * below + weights[HOLLOW] * hollow * (top - z) + weights[ABOVE] * above
+
+
+@njit(cache=True, nogil=True)
+def shut_off(columns, rows, height, area, spans, top):  # type: ignore[no-untyped-def]
+    """Room behind a placement, towards y = 0, that cannot be seen from the front any more, mm^3.
+
+    That is room above the height map and below ``top`` that was higher than all in front of it
+    before, in the strips along y that the placement lies on; see :func:`waste_below`.
+    """
+    x0, y0, x1, _ = area
+    room = 0.0
+    for c in range(spans[0], spans[1]):
+        wide = float(min(columns[c + 1], x1) - max(columns[c], x0))
+        highest = 0
+        for r in range(len(rows) - 2, -1, -1):
+            deep = min(rows[r + 1], y0) - rows[r]
+            hidden = top - max(highest, height[c, r])
+            if deep > 0 and hidden > 0:
+                room += wide * deep * hidden
+            highest = max(highest, height[c, r])
+    return room
 
 
 @njit(cache=True, nogil=True)
