@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pytest
 from cell_process import CellProcess
-from chaos.book_checker import check_books, check_run
 from run_checks import TIMED, StartCell
+
+from pack_cell.chaos.book_checker import check_books, check_run
 
 pytestmark = pytest.mark.cell
 

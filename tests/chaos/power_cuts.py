@@ -4,8 +4,9 @@
 Each trial begins `cell run` in a fresh folder, sends SIGKILL to it and to its three nodes at once
 at a random instant, deletes the box file, goes on by `cell run --resume`, is cut again, and so on
 until the run has been cut as often as asked; then it is let go on to its end. After each cut and at
-the end a checker of its own reads the SQLite files (`book_checker.py`). With `--phases` only the
-arm's node is killed, once behind each step that the journal writes, under `--respawn`.
+the end a checker of its own reads the SQLite files (`pack_cell.chaos.book_checker`). With
+`--phases` only the arm's node is killed, once behind each step that the journal writes, under
+`--respawn`.
 
     ./cell python tests/chaos/power_cuts.py --trials 20 --cuts 10 --boxes 100
     ./cell python tests/chaos/power_cuts.py --trials 2 --cuts 4 --boxes 20 --physics
@@ -29,7 +30,7 @@ import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from book_checker import check_books, check_run
+from pack_cell.chaos.book_checker import check_books, check_run
 
 #: Steps of the journal after which the arm's node is killed.
 STEPS = ('planned', 'picked', 'releasing', 'placed', 'verified')

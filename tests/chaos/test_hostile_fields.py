@@ -13,11 +13,11 @@ import pytest
 
 pytest.importorskip('rclpy')
 
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from arm_executor.ros.messages import goal_from_ros, unusable_goal
-from pack_cell.chaos.hostile_fields import choices, fields_of, put
+from pack_cell.hostile_fields import choices, fields_of, put
 from pack_msgs.action import PlaceBox
 from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Report, Scan, ScannedBox
 from pack_msgs_py.checks import LARGEST_COUNT, LONGEST_TEXT
@@ -84,6 +84,7 @@ def assert_usable(value: Any, kind: str) -> None:
 
 
 @pytest.mark.parametrize('kind', KINDS)
+@settings(deadline=None)
 @given(data=st.data())
 def test_a_conversion_refuses_or_gives_what_can_be_counted_with(kind: str, data: Any) -> None:
     good, convert = KINDS[kind]

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 from pack_cell.bench.options import add_bench
 from pack_cell.boxes.command import add_boxes, run_boxes
+from pack_cell.chaos.command import add_chaos, run_chaos
 from pack_cell.journal.command import add_journal, run_journal
 from pack_cell.layout.command import add_layout, run_layout
 from pack_cell.options.declaration import add_options
@@ -57,6 +58,7 @@ def build_parser() -> argparse.ArgumentParser:
     add_tune(verbs)
     add_layout(verbs)
     add_boxes(verbs)
+    add_chaos(verbs)
     add_journal(verbs)
     return parser
 
@@ -86,6 +88,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return run_replay(parsed)
     if parsed.verb == 'layout':
         return run_layout(parsed)
+    if parsed.verb == 'chaos':
+        return run_chaos(parsed)
     if parsed.verb == 'journal':
         return run_journal(parsed)
     if parsed.verb == 'boxes':

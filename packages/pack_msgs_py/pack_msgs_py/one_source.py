@@ -15,6 +15,8 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+#: A node does not send more messages on a topic, and nobody misses more of them in a row.
+MOST_SAID, MOST_MISSED = 10**10, 10_000
 #: A session may have begun so much later than now by the clock of who listens, seconds.
 CLOCKS_DIFFER_S = 60.0
 #: A second source is spoken of until it has been silent for so long, seconds.
@@ -107,8 +109,12 @@ class OneSource:
         elif self._newcomer is not None and now_s - self._newcomer.since_s > UNDER_WAY_S:
             self._another(topic, self._age(self._newcomer.session), now_s)
             self._newcomer = None
+        last = self._numbers.get(topic)
+        if number > (MOST_SAID if last is None else last + MOST_MISSED):
+            # Believed, it would make all that the source says after it look as if played again.
+            return self._another(topic, f'sends message {number} after {last or 0}', now_s)
         self._heard_s = now_s
-        if session and number <= self._numbers.get(topic, 0):
+        if session and number <= (last or 0):
             return f'message {number} of {self._part} on {topic} was heard before; left out'
         self._numbers[topic] = number
         take()

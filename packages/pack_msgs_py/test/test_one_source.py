@@ -114,6 +114,16 @@ def test_a_session_that_has_not_begun_is_left_out():
     assert arm.taken == []
 
 
+def test_a_number_that_nobody_can_have_reached_does_not_silence_the_source():
+    arm = Listener()
+    assert 'second source' in arm.hear(FIRST, 2**64 - 1)
+    arm.hear(FIRST, 7)
+    assert 'sends message 18446744073709551615 after 7' in arm.hear(FIRST, 2**64 - 1)
+    arm.hear(FIRST, 8)
+    assert [number for _, number in arm.taken] == [7, 8]
+    assert arm.second
+
+
 def test_a_node_of_ones_own_need_not_say_who_it_is():
     arm = Listener()
     assert arm.hear(0, 0) == arm.hear(0, 0) == ''

@@ -103,6 +103,7 @@ def run(options: RunOptions, command: Sequence[str]) -> int:
             f'{folder} already holds a run: go on with it by --resume {folder}, '
             'or choose another --out'
         )
+    _keep_private()
     folder.mkdir(parents=True, exist_ok=True)
     kept = KeptRun(folder, options, tuple(command))
     return _run_in_domain(kept, began)
@@ -111,10 +112,16 @@ def run(options: RunOptions, command: Sequence[str]) -> int:
 def resume(kept: KeptRun) -> int:
     """Go on with a run that was cut or stopped; return the exit code."""
     began = time.monotonic()
+    _keep_private()
     if is_complete(kept.folder / 'state'):
         print(f'the run in {kept.folder} is complete: see its summary.json and report.html')
         return EXIT_OK
     return _run_in_domain(kept, began, resumed=True)
+
+
+def _keep_private() -> None:
+    """What this process and its nodes write can be read by their user alone."""
+    os.umask(os.umask(0o077) | 0o077)
 
 
 def _refused(why: str) -> int:

@@ -84,6 +84,15 @@ def check_summary(folder: Path, boxes: int) -> list[str]:
     return wrong
 
 
+def count_places(folder: Path) -> Counter[str]:
+    """How many boxes are where by the ledger of the conveyor, and how many in bins by the arm's."""
+    path = folder / 'state'
+    places = Counter(row[0] for row in _rows(path / 'conveyor.sqlite', 'SELECT place FROM boxes'))
+    steps = _rows(path / 'executor.sqlite', 'SELECT step FROM attempt')
+    places['in bins by the journal'] = sum(step in IN_BIN for (step,) in steps)
+    return places
+
+
 def _doubled(ledger: list[Any], attempts: list[Any]) -> Iterator[str]:
     fed = Counter(box_id for _, box_id, _ in ledger)
     yield from (f'box {box_id} is {n} times in the ledger' for box_id, n in fed.items() if n > 1)
