@@ -31,6 +31,7 @@ from pack_cell.view.plain_words import ENDINGS, REASONS
 from pack_cell.view.robot_shapes import read_urdf
 from pack_cell.view.scene import LAST, NEXT, Batch, drawn_cell
 from pack_cell.view.side import alarms_html, figures_html, why_html, why_lines
+from pack_msgs_py.cell_values import RunnerUp
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode, PlacementStatus, Reason
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Bin, parse_bin
@@ -237,12 +238,16 @@ def test_every_code_has_plain_words():
     assert set(ENDINGS) == set(ErrorCode) and set(REASONS) == set(Reason)
 
 
-def test_why_says_in_plain_words_what_the_arm_would_not_do():
-    lines = why_lines(
-        decision_for(A, candidates_checked=4, first_refusal=ErrorCode.PATH_IN_COLLISION)
+def test_why_says_in_plain_words_what_the_arm_would_not_do_and_what_fills_less_well():
+    refused = RunnerUp(A.id, 'LDC-1', (0, 10, 20), 90.0, ErrorCode.PATH_IN_COLLISION)
+    view = new_view()
+    view.on_decision(
+        decision_for(B, candidates_checked=2, runners_up=(refused, RunnerUp(A.id, 'LDC-2')))
     )
-    assert any('something is in the way' in line for line in lines)
-    assert any('4 places' in line for line in lines)
+    html = why_html(view)
+    assert 'box-1 → LDC-1 at x 0, y 10, z 20' in html and 'something is in the way' in html
+    assert 'fills less well' in html
+    assert why_lines(decision_for(A))[-1] == 'The arm was not asked before'
 
 
 def test_names_of_boxes_are_no_markup():

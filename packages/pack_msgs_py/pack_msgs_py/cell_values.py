@@ -55,12 +55,31 @@ class BinSnapshot:
 
 
 @dataclass(frozen=True)
+class RunnerUp:
+    """A placement that a decision was preferred to; see pack_msgs/RunnerUp.
+
+    ``refusal`` is why the arm would not do it, ``NONE`` when it merely comes after the decision.
+    """
+
+    box_id: str
+    bin_id: str
+    corner_mm: Int3 = (0, 0, 0)
+    objective: float = 0.0
+    refusal: ErrorCode = ErrorCode.NONE
+
+
+#: Runners-up that a decision names.
+MOST_RUNNERS_UP = 6
+
+
+@dataclass(frozen=True)
 class Decision:
     """One decision of the planner; see pack_msgs/PlacementDecision.
 
     ``bin_id`` is empty when ``status`` is ``REJECT``. ``target`` is where the box's centre is to
-    come to rest, in the bin frame. The last four fields say what the arm answered before: how many
-    candidates it looked at, in what time, and what it said of the planner's first choice.
+    come to rest, in the bin frame. The last fields say what the arm answered before: how many
+    candidates it looked at, in what time, what it said of the planner's first choice, and what the
+    decision was preferred to.
     """
 
     box: Box
@@ -86,6 +105,7 @@ class Decision:
     check_s: float = 0.0
     first_objective: float = 0.0
     first_refusal: ErrorCode = ErrorCode.NONE
+    runners_up: tuple[RunnerUp, ...] = ()
 
     @property
     def is_upright(self) -> bool:

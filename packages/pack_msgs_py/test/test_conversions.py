@@ -29,6 +29,7 @@ from pack_msgs_py.cell_values import (
     BoxEvent,
     Decision,
     Report,
+    RunnerUp,
     Scan,
     ScannedBox,
 )
@@ -136,6 +137,10 @@ def test_a_decision_survives():
         10.5,
         10.25,
         'least increase',
+        runners_up=(
+            RunnerUp('other', 'LDC-1', (0, 20, 5), 120.0, codes.ErrorCode.NO_IK_SOLUTION),
+            RunnerUp('third', 'LDC-2', (7, 0, 0), 140.0),
+        ),
     )
     assert conv.decision_from_ros(conv.decision_to_ros(decision)) == decision
 

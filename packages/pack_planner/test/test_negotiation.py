@@ -53,6 +53,20 @@ def test_the_best_that_the_arm_can_do_in_time_is_taken(rig):
     assert rig.sent.planning_s == 0.5 + 3 * 0.5
 
 
+def test_a_decision_names_what_it_was_preferred_to_and_why(rig):
+    rig.planned('a')
+    rig.answer(NO_PATH)
+    rig.planned('a', RIGHT, BACK, (200, 200, 0))
+    rig.answer(7.0, 4.2, ErrorCode.BUSY)
+    assert rig.sent.corner_mm == BACK
+    named = [(other.corner_mm, other.refusal) for other in rig.sent.runners_up]
+    assert named == [
+        (LEFT, NO_PATH),
+        (RIGHT, ErrorCode.DEADLINE_UNREACHABLE),
+        ((200, 200, 0), ErrorCode.NONE),
+    ]
+
+
 def test_candidates_that_are_refused_are_never_asked_about_again(rig):
     rig.planned('a')
     rig.answer(NO_PATH)

@@ -8,7 +8,7 @@ from typing import Any
 from pack_cell.pages.rendering import render
 from pack_cell.view.cell_view import CellView
 from pack_cell.view.plain_words import ENDINGS, REASONS
-from pack_msgs_py.cell_values import Decision
+from pack_msgs_py.cell_values import Decision, RunnerUp
 from pack_msgs_py.codes import ErrorCode, PlacementStatus
 
 #: Alarms that are shown.
@@ -48,7 +48,12 @@ def figures_html(view: CellView) -> str:
 def why_html(view: CellView) -> str:
     """Why this box: the newest decision, and what the arm said."""
     decision = view.decision or next(iter(view.planned), None)
-    return render('view/why.html', decision=decision, lines=why_lines(decision))
+    return render(
+        'view/why.html',
+        decision=decision,
+        lines=why_lines(decision),
+        others=runner_up_lines(decision),
+    )
 
 
 def why_lines(decision: Decision | None) -> list[str]:
@@ -60,17 +65,29 @@ def why_lines(decision: Decision | None) -> list[str]:
     lines = [f'Chosen as {_HOW[decision.status]}']
     if decision.reason:
         lines.append(decision.reason)
-    asked = decision.candidates_checked
-    if not asked:
+    if not decision.candidates_checked:
         lines.append('The arm was not asked before')
-    elif decision.first_refusal is ErrorCode.NONE:
-        looked = 'this one' if asked == 1 else f'{asked} places'
-        lines.append(f'The arm was asked about {looked} and can do it')
-    else:
-        why = ENDINGS[decision.first_refusal]
-        lines.append(f'The first choice was refused by the arm: {why}')
-        lines.append(f'The arm looked at {asked} places')
     return lines
+
+
+def runner_up_lines(decision: Decision | None) -> list[tuple[str, str]]:
+    """What ``decision`` was preferred to, and why, best first."""
+    if decision is None:
+        return []
+    return [
+        (
+            _place_text(other),
+            'fills less well'
+            if other.refusal is ErrorCode.NONE
+            else f'the arm: {ENDINGS[other.refusal]}',
+        )
+        for other in decision.runners_up
+    ]
+
+
+def _place_text(other: RunnerUp) -> str:
+    x, y, z = other.corner_mm
+    return f'{other.box_id} → {other.bin_id} at x {x}, y {y}, z {z}'
 
 
 def alarms_html(view: CellView) -> str:

@@ -211,6 +211,7 @@ class Coordinator:
         chosen: Decision | None = candidates[0]
         seconds = self._clock() - asked.asked_s
         talk = plan.talk.heard(answers or (), seconds, asked.limit_s, self.asking.time)
+        talk = talk.weighed(candidates, answers or (), asked.limit_s)
         plan = replace(plan, talk=talk)
         if answers is not None:
             deadline_s = self.asking.deadline_s

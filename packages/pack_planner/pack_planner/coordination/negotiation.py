@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from pack_msgs_py.cell_values import Decision
+from pack_msgs_py.cell_values import MOST_RUNNERS_UP, Decision, RunnerUp
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.values import Bin
 from pack_planner.coordination.alternatives import Planned
@@ -44,7 +44,7 @@ class Talk:
     ``first`` is the planner's first choice. ``first_refusal`` is why the arm cannot do the first
     one that its prediction let through, if ``first_known``; ``planning_s`` and ``check_s`` are what
     all rounds took by the clock, ``spent_s`` what counts of it, ``trigger_s`` the stamp of the
-    youngest input when they began.
+    youngest input when they began; ``others`` are all candidates so far.
     """
 
     trigger_s: float
@@ -55,6 +55,7 @@ class Talk:
     planning_s: float = 0.0
     check_s: float = 0.0
     spent_s: float = 0.0
+    others: tuple[RunnerUp, ...] = ()
 
     @property
     def begun(self) -> bool:
@@ -98,8 +99,24 @@ class Talk:
             return talk
         return replace(talk, first_refusal=refusal_of(let_through[0], limit_s), first_known=True)
 
+    def weighed(
+        self, candidates: Sequence[Decision], answers: Sequence[CheckAnswer], limit_s: float
+    ) -> Talk:
+        """With the ``candidates`` of one more round, and why the arm would not do them, if so."""
+        refusals = [refusal_of(answer, limit_s) for answer in answers]
+        refusals += [ErrorCode.NONE] * (len(candidates) - len(refusals))
+        more = [
+            RunnerUp(one.box.id, one.bin_id, one.corner_mm, one.objective, refusal)
+            for one, refusal in zip(candidates, refusals, strict=True)
+        ]
+        return replace(self, others=(*self.others, *more))
+
     def written_into(self, decision: Decision) -> Decision:
         """``decision`` with what was said about it."""
+        taken = (decision.box.id, decision.bin_id, decision.corner_mm)
+        others = [
+            other for other in self.others if (other.box_id, other.bin_id, other.corner_mm) != taken
+        ]
         first = decision if self.first is None else self.first
         return replace(
             decision,
@@ -108,6 +125,7 @@ class Talk:
             check_s=self.check_s,
             first_objective=first.objective,
             first_refusal=self.first_refusal,
+            runners_up=tuple(others[:MOST_RUNNERS_UP]),
         )
 
 

@@ -11,11 +11,14 @@ from pack_msgs.msg import (
     PlacementReport,
 )
 from pack_msgs.msg import Placement as PlacementMsg
+from pack_msgs.msg import RunnerUp as RunnerUpMsg
 from pack_msgs.msg import ScannedBox as ScannedBoxMsg
 from pack_msgs_py.cell_values import (
+    MOST_RUNNERS_UP,
     BoxEvent,
     Decision,
     Report,
+    RunnerUp,
     Scan,
     ScannedBox,
 )
@@ -179,6 +182,16 @@ def decision_to_ros(decision: Decision, frame_id: str = '') -> PlacementDecision
         check_time=duration_to_ros(decision.check_s),
         first_objective=float(decision.first_objective),
         first_refusal=int(decision.first_refusal),
+        runners_up=[
+            RunnerUpMsg(
+                box_id=other.box_id,
+                bin_id=other.bin_id,
+                planned_corner=vector_to_ros(other.corner_mm, 1e-3),
+                objective=float(other.objective),
+                error_code=int(other.refusal),
+            )
+            for other in decision.runners_up
+        ],
     )
 
 
@@ -198,6 +211,18 @@ def decision_from_ros(msg: PlacementDecision) -> Decision:
         check_s=duration_from_ros(msg.check_time, 'check_time'),
         first_objective=_objective('first_objective', msg.first_objective),
         first_refusal=ErrorCode(msg.first_refusal),
+        runners_up=tuple(_runner_up(other) for other in msg.runners_up[:MOST_RUNNERS_UP]),
+    )
+
+
+def _runner_up(msg: RunnerUpMsg) -> RunnerUp:
+    corner = msg.planned_corner
+    return RunnerUp(
+        check_name('runners_up.box_id', msg.box_id),
+        check_name('runners_up.bin_id', msg.bin_id),
+        check_whole_mm('runners_up.planned_corner', (corner.x, corner.y, corner.z)),
+        _objective('runners_up.objective', msg.objective),
+        ErrorCode(msg.error_code),
     )
 
 
