@@ -317,8 +317,13 @@ write_environment() {
     printf 'case ":$PATH:" in\n  *:%q:*) ;;\n  *) export PATH=%q:$PATH:%q ;;\nesac\n' \
       "$venv/bin" "${PATH%":$before"}" "$root/tools/standin"
     printf '[ -n "${%s:-}" ] || export %s=%q\n' \
-      ROS_AUTOMATIC_DISCOVERY_RANGE ROS_AUTOMATIC_DISCOVERY_RANGE LOCALHOST \
-      FASTRTPS_DEFAULT_PROFILES_FILE FASTRTPS_DEFAULT_PROFILES_FILE "$root/tools/fastdds.xml" \
+      ROS_AUTOMATIC_DISCOVERY_RANGE ROS_AUTOMATIC_DISCOVERY_RANGE LOCALHOST
+    # Who asks for a network gets sockets that hear it.
+    printf 'case "$ROS_AUTOMATIC_DISCOVERY_RANGE" in LOCALHOST) profiles=%q ;; *) profiles=%q ;; esac\n' \
+      "$root/tools/fastdds.xml" "$root/tools/fastdds_network.xml"
+    printf '[ -n "${%s:-}" ] || export %s="$profiles"\n' \
+      FASTRTPS_DEFAULT_PROFILES_FILE FASTRTPS_DEFAULT_PROFILES_FILE
+    printf '[ -n "${%s:-}" ] || export %s=%q\n' \
       FASTDDS_BUILTIN_TRANSPORTS FASTDDS_BUILTIN_TRANSPORTS UDPv4 \
       ROS_LOG_DIR ROS_LOG_DIR "$state/log/ros" \
       NUMBA_CACHE_DIR NUMBA_CACHE_DIR "$state/numba"

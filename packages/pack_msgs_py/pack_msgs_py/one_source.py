@@ -58,6 +58,7 @@ class OneSource:
         self._session = own
         self._heard_s = 0.0
         self._numbers: dict[str, int] = {}
+        self._before: dict[int, dict[str, int]] = {}
         self._newcomer: _Newcomer | None = None
         self._second: tuple[str, float] | None = None
 
@@ -99,7 +100,10 @@ class OneSource:
             ahead_s = 1e-9 * session - epoch_s
             return self._another(topic, f'says that it starts in {ahead_s:.0f} s', now_s)
         if self._session is not None and session < self._session:
-            return self._another(topic, self._age(session), now_s)
+            if not self._comes_back(topic, session, number, now_s):
+                return self._another(topic, self._age(session), now_s)
+            self._bind(session, now_s)
+            self._second = None
         if self._session is None:
             self._bind(session, now_s)
         elif session > self._session:
@@ -126,11 +130,22 @@ class OneSource:
 
     def _bind(self, session: int, now_s: float) -> None:
         newcomer, self._newcomer = self._newcomer, None
-        self._session, self._numbers = session, {}
+        if self._session is not None:
+            self._before[self._session] = self._numbers
+        self._session, self._numbers = session, self._before.pop(session, {})
         self._heard_s = now_s
         if newcomer is not None and newcomer.session == session:
             for take in newcomer.kept:
                 take()
+
+    def _comes_back(self, topic: str, session: int, number: int, now_s: float) -> bool:
+        """Whether this is the first of two, which the second made unheard, and which is gone now.
+
+        It says what it has not said before, which nobody can have recorded.
+        """
+        numbers = self._before.get(session)
+        gone = now_s - self._heard_s > max(self._silent_s, SECOND_SILENT_S)
+        return numbers is not None and gone and bool(session) and number > numbers.get(topic, 0)
 
     def _wait_for(self, topic: str, session: int, take: Callable[[], None], now_s: float) -> str:
         """Keep what a newer session says until the one that is believed speaks, or is dead."""

@@ -137,3 +137,14 @@ def test_of_nodes_that_seldom_speak_the_newest_is_believed_at_once():
     assert planner.taken == [(FIRST, 3), (SECOND, 1)]
     assert 'second source' in planner.hear(FIRST, 4)
     assert planner.second
+
+
+def test_the_first_of_two_is_believed_again_when_the_second_has_gone():
+    planner = Listener(silent_s=0.0)
+    planner.hear(FIRST, 3)
+    planner.hear(SECOND, 1)
+    assert 'second source' in planner.hear(FIRST, 4, after_s=1.0)
+    assert 'second source' in planner.hear(FIRST, 3, after_s=SECOND_SILENT_S), 'played again'
+    assert planner.hear(FIRST, 5, after_s=0.1) == ''
+    assert planner.taken[-1] == (FIRST, 5)
+    assert not planner.second

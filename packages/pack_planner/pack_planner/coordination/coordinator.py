@@ -96,6 +96,11 @@ class Coordinator:
         self._stale_inputs = False
         self.step()
 
+    @property
+    def lacks_bins(self) -> bool:
+        """Whether the arm is there and its bins are not known."""
+        return self._alive and self._in.bins is None
+
     def hold(self, why: str) -> None:
         """Nothing new is begun for this reason; go on when it is empty."""
         if why and not self._held:

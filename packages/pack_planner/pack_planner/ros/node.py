@@ -82,6 +82,7 @@ from pack_msgs_py.ros.sourced import PLANNER, SourcedPublisher, Sources
 from pack_msgs_py.ros.transforms import ScanFrames
 from pack_msgs_py.values import Bin, frame_name
 from pack_planner.coordination.alternatives import Planned, planned, quick
+from pack_planner.coordination.asking_again import AskingAgain
 from pack_planner.coordination.coordinator import Coordinator
 from pack_planner.coordination.inputs import Heartbeat, check_scan
 from pack_planner.coordination.negotiation import Asking
@@ -97,6 +98,9 @@ from pack_planner.ros.asking import ArmAsker
 from pack_planner.ros.diagnostics import Diagnostics
 
 STEP_PERIOD_S = 0.1
+#: Without a scan or a heartbeat for so long it is subscribed to anew: the middleware may have lost
+#: who sends it.
+LATE_S = 3.0
 #: Number of the job that only warms up; decisions count from 1.
 WARM_UP = 0
 #: Longest that a stopping node waits for a computation that cannot be interrupted.
@@ -149,9 +153,11 @@ class PlannerNode(Node):
         self._listen(
             BoxEventMsg, 'box_event', lambda msg: self.coordinator.on_event(event_from_ros(msg))
         )
-        self._listen(ExecutorState, 'executor_state', self._on_heartbeat, self._death_events())
+        self._hear_arm()
         self._bins_subscription = self._listen(BinStateArray, 'bin_state', self._on_bins)
-        self._listen(BoxScan, 'box_scan', self._on_scan)
+        self._scan_subscription = self._listen(BoxScan, 'box_scan', self._on_scan)
+        self._scanned_s = self._beaten_s = time.monotonic()
+        self._bins_again, self._scan_again, self._arm_again = (AskingAgain() for _ in range(3))
         self._refresh_wanted = False
         self.create_timer(STEP_PERIOD_S, self._tick)
         self.get_logger().info(
@@ -188,6 +194,11 @@ class PlannerNode(Node):
             event_callbacks=events,
         )
 
+    def _hear_arm(self) -> None:
+        self._arm_subscription = self._listen(
+            ExecutorState, 'executor_state', self._on_heartbeat, self._death_events()
+        )
+
     def _death_events(self) -> SubscriptionEventCallbacks:
         """The QoS events that tell of a dead or hung executor."""
 
@@ -203,6 +214,7 @@ class PlannerNode(Node):
         )
 
     def _on_scan(self, msg: BoxScan) -> None:
+        self._scanned_s = time.monotonic()
         scan, errors = scan_from_ros(msg)
         for error in errors:
             self.get_logger().error(f'box left out: {error}', throttle_duration_sec=5.0)
@@ -231,6 +243,7 @@ class PlannerNode(Node):
         )
 
     def _on_heartbeat(self, msg: ExecutorState) -> None:
+        self._beaten_s = time.monotonic()
         self.coordinator.on_heartbeat(
             Heartbeat(
                 Mode(msg.mode),
@@ -240,6 +253,17 @@ class PlannerNode(Node):
         )
 
     def _tick(self) -> None:
+        now_s = time.monotonic()
+        if self._bins_again.due(missing=self.coordinator.lacks_bins, now_s=now_s):
+            self._refresh_wanted = True
+        if self._arm_again.due(missing=now_s - self._beaten_s > LATE_S, now_s=now_s):
+            self.destroy_subscription(self._arm_subscription)
+            self._sources.heard_again('executor_state')
+            self._hear_arm()
+        if self._scan_again.due(missing=now_s - self._scanned_s > LATE_S, now_s=now_s):
+            self.destroy_subscription(self._scan_subscription)
+            self._sources.heard_again('box_scan')
+            self._scan_subscription = self._listen(BoxScan, 'box_scan', self._on_scan)
         if self._refresh_wanted:
             self._refresh_wanted = False
             self._known_bins.clear()
