@@ -12,7 +12,8 @@ import pytest
 pytest.importorskip('pybullet')
 pytest.importorskip('toppra')
 
-from arm_executor.arms.prediction import BinContent, PredictedCell
+from arm_executor.arms.known_bins import BinContent
+from arm_executor.arms.prediction import PredictedCell
 from arm_executor.model.arm_interface import MotionError, PlaceRequest
 from arm_executor.model.kinematics import CellKinematics
 from arm_executor.model.layout import Layout, bin_blocks, bin_frame, conveyor_block, pick_pose

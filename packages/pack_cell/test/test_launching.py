@@ -19,6 +19,7 @@ from pack_cell.options.run_options import RunOptions
 OF_THE_RUN = {
     *('--help', '--record', '--respawn', '--resume', '--stall-timeout', '--out', '--quiet'),
     '--planner',
+    '--executor',
 }
 OF_THE_RUN |= {'--view', '--view-port'}
 

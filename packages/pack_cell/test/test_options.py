@@ -44,6 +44,9 @@ WRONG = [
     (['--max-laps', '1.5'], 'whole number'),
     (['--belt-mode', 'flying'], 'flying'),
     (['--planner', 'cep'], 'NAME=VALUE'),
+    (['--executor', 'speed=1'], 'NAME=VALUE'),
+    (['--executor', 'joint_jerk=-2'], 'at least -1'),
+    (['--executor', 'trajectory.stop_by=wait'], 'one of ramp, cancel'),
     (['--planner', 'algorithm=dbl'], 'NAME=VALUE'),
     (['--planner', 'cep=2'], 'of type bool'),
     (['--planner', 'closing=newest'], 'fullest'),
@@ -214,6 +217,20 @@ def test_parameters_of_the_planner_reach_its_node(tmp_path):
     parameters = node_parameters(tmp_path, parse_run_options(arguments))['planner']
     assert (parameters['cep'], parameters['max_passed_over']) == (True, 7)
     assert (parameters['large_until'], parameters['weights']) == (0.25, '1,1,50 RC:2,1,50')
+
+
+def test_parameters_of_the_executor_and_its_arm_reach_its_node(tmp_path):
+    given = ['joint_jerk=300', 'trajectory.vacuum_output=2', 'trajectory.joint_prefix=left_']
+    arguments = [word for text in given for word in ('--executor', text)]
+    parameters = node_parameters(tmp_path, parse_run_options(arguments))['arm_executor']
+    assert parameters['joint_jerk'] == 300.0
+    assert parameters['trajectory.vacuum_output'] == 2
+    assert parameters['trajectory.joint_prefix'] == 'left_'
+
+
+def test_an_arm_that_moves_a_robot_is_not_run_as_fast_as_possible():
+    with pytest.raises(ValueError, match='give --speed 1'):
+        check_cell(parse_run_options(['--arm', 'trajectory']))
 
 
 @pytest.mark.parametrize(

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 from arm_executor.arms.true_boxes import Truth
 from arm_executor.model.arm_interface import Arm
 from arm_executor.model.layout import Layout
+
+if TYPE_CHECKING:
+    from arm_executor.arms.trajectory.link import RobotLink
 
 
 @dataclass(frozen=True)
@@ -21,12 +25,16 @@ class ArmSetup:
     joint_jerk : limit of jerk for planned motions, rad/s3; 0 for none, ``None`` for the arm's own.
     truth : what the boxes really are, for an arm in a simulated world; nothing is known of a box
         that nobody told of, which is then as scanned.
+    parameters : those of its kind, as :attr:`ArmKind.parameters` declares them.
+    link : the robot and its driver, for a kind that has one.
     """
 
     layout: Layout
     speed: float = 1.0
     joint_jerk: float | None = None
     truth: Truth = field(default_factory=Truth)
+    parameters: Any = None
+    link: RobotLink | None = None
 
 
 @dataclass(frozen=True)
@@ -45,6 +53,10 @@ class ArmKind:
         Planner and executor then keep to it where it is less than the profile's.
     keeps_true_boxes : after a restart its world is built again from what the boxes in the bins
         really are, so that this is kept on disk beside the journal.
+    has_driver : a driver moves the robot and shows it: it is reached by ``ArmSetup.link``, and
+        publishes joints, transforms and description, so that the cell does not.
+    parameters : a dataclass of :func:`pack_msgs_py.parameter_fields.parameter`, which the node
+        declares as well, each name behind that of the kind and a dot; ``None`` for none.
     """
 
     name: str
@@ -53,3 +65,5 @@ class ArmKind:
     moves_robot: bool = False
     lifting_limit: Callable[[Layout], float] | None = None
     keeps_true_boxes: bool = False
+    has_driver: bool = False
+    parameters: type | None = None

@@ -10,12 +10,13 @@ from __future__ import annotations
 from arm_executor.arms.kind import ArmKind
 from arm_executor.arms.physics.kind import PHYSICS
 from arm_executor.arms.timed_kind import TIMED
+from arm_executor.arms.trajectory.kind import TRAJECTORY
 from pack_msgs_py.plug_ins import load_plug_in, plug_ins_by_name
 
 #: Entry points of this group name the arms of installed distributions.
 GROUP = 'arm_executor.arms'
 
-ARMS: tuple[ArmKind, ...] = (PHYSICS, TIMED)
+ARMS: tuple[ArmKind, ...] = (PHYSICS, TIMED, TRAJECTORY)
 DEFAULT_ARM = ARMS[0].name
 #: What may stand for an arm, for help and tables.
 ARMS_IN_WORDS = (

@@ -15,7 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from arm_executor.arms.prediction import BinContent, PredictedCell
+from arm_executor.arms.known_bins import BinContent, KnownBins
+from arm_executor.arms.prediction import PredictedCell
 from arm_executor.arms.true_boxes import Truth, mismatch, missed_by_pad, true_rest
 from arm_executor.model.arm_interface import (
     Found,
@@ -31,8 +32,8 @@ from arm_executor.motion.planned import PlannedMotion
 from arm_executor.motion.stances import GRIP_S, RELEASE_S
 from arm_executor.motion.timing import MotionLimits
 from pack_msgs_py.codes import ErrorCode, Phase
-from pack_msgs_py.geometry.pose import Pose, metres
-from pack_msgs_py.values import Bin, BinSpec, Box, Vec3
+from pack_msgs_py.geometry.pose import Pose
+from pack_msgs_py.values import Bin, Box
 
 Array = NDArray[np.float64]
 
@@ -112,27 +113,15 @@ class TimedArm:
         self._faults = {} if faults is None else faults
         self._cell = PredictedCell(self._layout, limits)
         self._at = self._cell.home
-        self._specs: dict[str, BinSpec] = {}
-        self._sizes: dict[str, Vec3] = {}
-        self._contents: dict[str, dict[str, Pose]] = {}
+        self._bins = KnownBins()
         self._held: str | None = None
         self._last: _Predicted | None = None
         self._moved_s = 0.0
 
     def set_bins(self, bins: Sequence[Bin], poses: Mapping[str, Pose]) -> dict[str, Pose]:
         """Every box stays where ``poses`` says."""
-        self._specs = {bin_.station: bin_.spec for bin_ in bins}
-        self._sizes = {
-            placed.box.id: metres(placed.box.size_mm) for bin_ in bins for placed in bin_.boxes
-        }
         self._truth.keep({placed.box.id for bin_ in bins for placed in bin_.boxes})
-        self._contents = {
-            bin_.station: {placed.box.id: poses[placed.box.id] for placed in bin_.boxes}
-            for bin_ in bins
-        }
-        return {
-            box_id: pose for content in self._contents.values() for box_id, pose in content.items()
-        }
+        return self._bins.set_bins(bins, poses)
 
     def plan(self, request: PlaceRequest, after: MotionUnderWay | None = None) -> MotionPlan:
         """Predict the motion, from where the arm is, or where ``after`` ends."""
@@ -155,26 +144,15 @@ class TimedArm:
         return self._motion(request, after).duration
 
     def _motion(self, request: PlaceRequest, after: MotionUnderWay | None) -> PlannedMotion:
-        if request.station not in self._specs:
+        if self._bins.spec(request.station) is None:
             msg = f'there is no bin at station {request.station!r}'
             raise MotionError(ErrorCode.START_STATE_INVALID, msg)
         start = self._at if after is None else after.plan.detail.retreat.q[-1]
-        bins, known = self._standing(after), self._last
+        bins, known = self._bins.standing(after), self._last
         if known is None or not known.serves(request, start, bins):
             motion = self._cell.motion(request, start, bins)
             self._last = known = _Predicted(request, start, bins, motion)
         return known.motion
-
-    def _standing(self, after: MotionUnderWay | None) -> dict[str, BinContent]:
-        """What stands at each station when ``after`` has ended."""
-        boxes = {
-            station: {box_id: (self._sizes[box_id], pose) for box_id, pose in content.items()}
-            for station, content in self._contents.items()
-        }
-        if after is not None:
-            first = after.plan.request
-            boxes[first.station][first.box.id] = (metres(first.box.size_mm), after.rest)
-        return {station: BinContent(self._specs[station], boxes[station]) for station in boxes}
 
     def execute(self, plan: MotionPlan, hooks: MotionHooks, stop: threading.Event) -> MotionResult:
         """Spend the time of each phase, and call the hooks where they belong."""
@@ -250,7 +228,7 @@ class TimedArm:
     def _measured(
         self, request: PlaceRequest, fault: ErrorCode | None, spent: dict[Phase, float]
     ) -> MotionResult:
-        contents = self._contents[request.station]
+        contents = self._bins.poses[request.station]
         moved, code = 0.0, ErrorCode.NONE
         true = self._truth.find(request.box.id)
         measured = request.target if true is None else true_rest(request, true)
@@ -263,8 +241,7 @@ class TimedArm:
         elif fault is ErrorCode.DEADLINE_MISSED:
             spent[Phase.RETREATING] += FAULT_DELAY_S
         others = dict(contents)
-        self._sizes[request.box.id] = metres(request.box.size_mm)
-        contents[request.box.id] = measured
+        self._bins.place(request.station, request.box, measured)
         text = '' if code is ErrorCode.NONE else f'{code.name}, as asked for'
         return replace(
             _ended(code, text, spent), measured=measured, others=others, others_moved_m=moved

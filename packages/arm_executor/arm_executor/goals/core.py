@@ -38,7 +38,7 @@ from arm_executor.goals.place_goal import PlaceGoal
 from arm_executor.goals.placing import Placing, Tools
 from arm_executor.goals.plan_cache import PlanCache
 from arm_executor.goals.reports import refusal_report
-from arm_executor.model.arm_interface import Arm, ClockedArm
+from arm_executor.model.arm_interface import Arm, ClockedArm, WatchedArm
 from arm_executor.parameters import ExecutorSettings
 from pack_msgs_py.cell_values import Scan
 from pack_msgs_py.codes import ErrorCode, Mode
@@ -152,8 +152,16 @@ class ExecutorCore:
     def tick(self) -> None:
         """Go on with goals that came before their scan, watch the motion; call it now and then."""
         self._watch()
+        trouble = self._trouble()
+        if trouble and not (self._protective_stop or self._stop_wanted or self._fault):
+            self.protective_stop(trouble)
         for goal in self._early.due():
             self._admit(goal)
+
+    def _trouble(self) -> str:
+        """Why the robot cannot move, for an arm that can tell."""
+        arm = None if self._tools is None else self._tools.arm
+        return arm.trouble() if isinstance(arm, WatchedArm) else ''
 
     def submit(self, goal: PlaceGoal) -> None:
         """Admit ``goal`` and have it done, or refuse it; either way it ends in one report."""
@@ -356,6 +364,9 @@ class ExecutorCore:
     def _leave_protective_stop(self) -> tuple[bool, str]:
         if not self._protective_stop:
             return False, f'mode is {self.status().mode.name}; only a protective stop can be reset'
+        trouble = self._trouble()
+        if trouble:
+            return False, f'{trouble}; make the robot ready first, then reset'
         cleared, text = clear_gripper(self._ready())
         if cleared:
             self._protective_stop = self._stop_wanted = ''

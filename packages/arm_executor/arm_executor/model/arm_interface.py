@@ -258,3 +258,15 @@ class PredictingArm(Protocol):
         MotionError
             There is most probably no such motion.
         """
+
+
+@runtime_checkable
+class WatchedArm(Protocol):
+    """What an :class:`Arm` may have besides: a robot that can stop by itself."""
+
+    def trouble(self) -> str:
+        """Why the robot cannot move now, empty when it can; asked often, from any thread.
+
+        The executor then goes into mode ``PROTECTIVE_STOP``, and ``~/reset`` is refused until it is
+        over.
+        """

@@ -19,15 +19,15 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
 from rclpy.task import Future
 
-from arm_executor.arms.kind import ArmSetup
-from arm_executor.arms.registry import find_arm
+from arm_executor.arms.kind import ArmKind, ArmSetup
+from arm_executor.arms.registry import ARMS, DEFAULT_ARM, find_arm
 from arm_executor.arms.true_boxes import Truth
 from arm_executor.bins.book import BinBook
 from arm_executor.bins.journal import Journal, JournalError
@@ -66,11 +66,14 @@ from pack_msgs_py.cell_values import Report
 from pack_msgs_py.codes import ErrorCode, Mode
 from pack_msgs_py.one_source import new_session
 from pack_msgs_py.ros import conversions, qos
-from pack_msgs_py.ros.declare_parameters import declare_parameters
+from pack_msgs_py.ros.declare_parameters import declare_parameters, given_value
 from pack_msgs_py.ros.run_node import run_node
 from pack_msgs_py.ros.sourced import ARM, Sources
 from pack_msgs_py.ros.transforms import ScanFrames
 from pack_msgs_py.values import STATIONS, parse_bin
+
+if TYPE_CHECKING:
+    from arm_executor.ros.robot_link import RosRobotLink
 
 DIAGNOSTICS_PERIOD_S = 1.0
 #: The process must be gone 3 s after a signal; a motion that does not stop is left behind.
@@ -105,9 +108,11 @@ class ArmExecutor(Node):
         self._handles: dict[bytes, ServerGoalHandle] = {}
         self._results: dict[bytes, Future] = {}
         self._mode = Mode.INACTIVE
-        parameters = declare_parameters(self, ExecutorParameters)
+        self._link: RosRobotLink | None = None
+        kind = find_arm(str(given_value(self, 'arm', DEFAULT_ARM)))
+        groups = {f'{one.name}.' for one in (*ARMS, kind) if one.parameters is not None}
+        parameters = declare_parameters(self, ExecutorParameters, others=groups)
         spec = parse_bin(parameters.bin_type)
-        kind = find_arm(parameters.arm)
         stations = STATIONS[: parameters.open_bins]
         self._layout = layout_for(
             parameters.layout,
@@ -133,7 +138,11 @@ class ArmExecutor(Node):
             speed=parameters.speed,
             joint_jerk=None if parameters.joint_jerk < 0 else parameters.joint_jerk,
             truth=self._truth,
+            parameters=self._of_kind(kind),
         )
+        if kind.has_driver and make_arm is None:
+            self._link = self._linked(setup)
+            setup = replace(setup, link=self._link)
         self._core = ExecutorCore(
             self._book,
             settings,
@@ -149,12 +158,30 @@ class ArmExecutor(Node):
             self._layout,
             spec,
             self._core.joints,
-            kind.moves_robot,
+            kind.moves_robot and not kind.has_driver,
             self._core.robot_time,
         )
         self._wake = self.create_guard_condition(self._drain)
         self._make_interfaces()
         self._core.start()
+
+    def _of_kind(self, kind: ArmKind) -> Any:  # noqa: ANN401 - as the kind declares them
+        if kind.parameters is None:
+            return None
+        return declare_parameters(self, kind.parameters, prefix=f'{kind.name}.')
+
+    def _linked(self, setup: ArmSetup) -> RosRobotLink:
+        # Only here: on a plain Jazzy the interfaces of a driver may not be there.
+        try:
+            from arm_executor.ros.robot_link import RosRobotLink
+        except ImportError as error:
+            msg = (
+                f'{error}: arm trajectory needs control_msgs, ur_msgs and ur_dashboard_msgs; '
+                'apt install ros-jazzy-control-msgs ros-jazzy-ur-msgs ros-jazzy-ur-dashboard-msgs'
+            )
+            raise ValueError(msg) from error
+        rail_at = self._layout.rail.x_min
+        return RosRobotLink(self, setup.parameters, rail_at, setup.speed)
 
     def _make_interfaces(self) -> None:
         for kind, topic, take in (
@@ -199,6 +226,8 @@ class ArmExecutor(Node):
     def destroy_node(self) -> None:
         """Give everything back, the action server too: rclpy would leave it on the network."""
         self._action.destroy()
+        if self._link is not None:
+            self._link.close()
         super().destroy_node()
 
     # -- goals ----------------------------------------------------------------------------------

@@ -7,8 +7,9 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
+from pack_msgs_py.parameter_fields import Value
 from pack_msgs_py.values import BinSpec, parse_bin
 
 
@@ -120,3 +121,14 @@ def bin_kind(text: str) -> BinSpec:
 def optional_path(text: str) -> Path | None:
     """Read a path; the empty text is none."""
     return Path(text) if text else None
+
+
+def typed_value(kind: Any, written: str) -> Value:  # noqa: ANN401 - a type among Value
+    """What was ``written`` for a parameter of type ``kind``; the text itself where it is none."""
+    if kind is bool:
+        return {'true': True, 'false': False}.get(written.lower(), written)
+    try:
+        value: Value = kind(written)
+    except ValueError:
+        return written
+    return value

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from pack_cell.options.parsers import BadValue
+from pack_cell.options.parsers import BadValue, typed_value
 from pack_msgs_py.parameter_fields import Value, check_value, parameter_fields
 from pack_msgs_py.plug_ins import absolute_place
 from pack_planner.algorithms import find_algorithm
@@ -49,19 +49,9 @@ def planner_value(text: str) -> tuple[str, Value]:
         msg = f'{text!r} is not NAME=VALUE with one of {", ".join(known)}'
         raise BadValue(msg)
     try:
-        value = check_value(specs[name], _typed(type(specs[name].default), written))
+        value = check_value(specs[name], typed_value(type(specs[name].default), written))
         changed: dict[str, Any] = {name: value}
         settings(replace(PlannerParameters(), **changed))
     except ValueError as error:
         raise BadValue(str(error)) from None
     return name, value
-
-
-def _typed(kind: Any, written: str) -> Value:  # noqa: ANN401 - a type among Value
-    if kind is bool:
-        return {'true': True, 'false': False}.get(written.lower(), written)
-    try:
-        value: Value = kind(written)
-    except ValueError:
-        return written
-    return value

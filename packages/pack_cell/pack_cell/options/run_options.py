@@ -30,6 +30,7 @@ from pack_cell.options.declaration import (
     declared_options,
     option,
 )
+from pack_cell.options.executor_values import executor_value
 from pack_cell.options.page_address import DEFAULT_PORT
 from pack_cell.options.parsers import (
     CLEARANCE,
@@ -384,6 +385,17 @@ class RunOptions:
         see='cell_layout.md',
         parameters=('arm_executor.layout',),
         as_parameter=lambda path: str(path.resolve()) if path else '',
+    )
+    executor: tuple[tuple[str, Value], ...] = option(
+        '',
+        'a parameter of the executor or its arm such as joint_jerk=500 or '
+        'trajectory.vacuum_output=2; more than once for several',
+        _ACT,
+        read=executor_value,
+        metavar='NAME=VALUE',
+        see='../packages/arm_executor/README.md#parameters',
+        repeated=True,
+        launched=False,
     )
     grasp_faces: str = option(
         '',

@@ -43,6 +43,12 @@ def check_cell(options: RunOptions) -> None:
             'boxes pass the pick point, and no tray stands there'
         )
         raise ValueError(msg)
+    if find_arm(options.arm).has_driver and options.speed <= 0:
+        msg = (
+            f'--arm {options.arm} moves a robot, which has its own speed: give --speed 1 '
+            '(0 is for arms that only exist here)'
+        )
+        raise ValueError(msg)
     path = str(options.layout) if options.layout else ''
     layout = layout_for(path, options.robot, bins, must_reach=find_arm(options.arm).moves_robot)
     room_mm = 1000 * layout.conveyor.tallest_box
@@ -100,6 +106,7 @@ def node_parameters(folder: Path, options: RunOptions) -> dict[str, dict[str, An
             node, _, name = parameter.partition('.')
             parameters[node][name] = value
     parameters['planner'].update(options.planner)
+    parameters['arm_executor'].update(options.executor)
     return parameters
 
 

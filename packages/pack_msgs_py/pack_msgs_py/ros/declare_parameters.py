@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import Field
 from typing import Any, TypeVar, cast
 
@@ -17,8 +18,16 @@ T = TypeVar('T')
 _BUILT_IN = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
 
 
-def declare_parameters(node: Node, parameters: type[T]) -> T:
+def declare_parameters(
+    node: Node, parameters: type[T], *, prefix: str = '', others: Iterable[str] = ()
+) -> T:
     """Declare every field of ``parameters`` on ``node`` and return the checked values.
+
+    Parameters
+    ----------
+    node, parameters : which node, and the dataclass of its parameters.
+    prefix : stands before every name.
+    others : how names begin that are declared elsewhere.
 
     Raises
     ------
@@ -27,29 +36,43 @@ def declare_parameters(node: Node, parameters: type[T]) -> T:
         override would otherwise be silently ignored by rclpy).
     """
     specs = parameter_fields(parameters)
-    known = {spec.name for spec in specs}
-    overrides: dict[str, Parameter] = node._parameter_overrides  # noqa: SLF001 - no public reader
+    known = {f'{prefix}{spec.name}' for spec in specs}
+    elsewhere = (*_BUILT_IN, *others)
+    overrides = _overrides(node)
     for name in overrides:
-        if name not in known and not name.startswith(_BUILT_IN):
+        asked = name.startswith(prefix) and not name.startswith(elsewhere)
+        if asked and name not in known:
             names = ', '.join(sorted(known))
             msg = f'unknown parameter {name!r}: node {node.get_name()} has {names}'
             raise ValueError(msg)
     values = {}
     for spec in specs:
-        given = overrides.get(spec.name)
+        name = f'{prefix}{spec.name}'
+        given = overrides.get(name)
         default = cast(Value, spec.default)
         value = check_value(spec, default if given is None else given.value)
-        node.declare_parameter(spec.name, value, _descriptor(spec), ignore_override=True)
+        node.declare_parameter(name, value, _descriptor(spec, name), ignore_override=True)
         values[spec.name] = value
     return parameters(**values)
 
 
-def _descriptor(spec: Field[Any]) -> ParameterDescriptor:
+def given_value(node: Node, name: str, default: Value) -> Value:
+    """What ``node`` was given for a parameter that is not declared yet; else ``default``."""
+    given = _overrides(node).get(name)
+    return default if given is None else given.value
+
+
+def _overrides(node: Node) -> dict[str, Parameter]:
+    overrides: dict[str, Parameter] = node._parameter_overrides  # noqa: SLF001 - no public reader
+    return overrides
+
+
+def _descriptor(spec: Field[Any], name: str) -> ParameterDescriptor:
     """The field's description and range as ROS keeps them."""
     meta = spec.metadata
     text = meta['description'] + (f' [{meta["unit"]}]' if meta['unit'] else '')
     descriptor = ParameterDescriptor(
-        name=spec.name,
+        name=name,
         description=text,
         read_only=meta['read_only'],
         additional_constraints=', '.join(meta['choices']),
