@@ -7,8 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-for module in ('rclpy', 'control_msgs', 'ur_msgs', 'ur_dashboard_msgs'):
-    pytest.importorskip(module)
+pytest.importorskip('rclpy')
+pytest.importorskip('control_msgs')
+pytest.importorskip('ur_msgs')
+pytest.importorskip('ur_dashboard_msgs')
 pytest.importorskip('pybullet')
 pytest.importorskip('toppra')
 
