@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 from run_checks import TIMED, StartCell, assert_every_box_in_one_place, assert_rules_hold, replay
 
+from pack_msgs_py.orientation import oriented_size
+
 pytestmark = pytest.mark.cell
 
 
@@ -26,7 +28,8 @@ def test_the_arm_packs_twelve_boxes_where_the_planner_says(start_cell: StartCell
             centre = [c + s / 2 for c, s in zip(placed.corner_mm, placed.size_mm, strict=True)]
             assert placed.measured_mm is not None
             assert math.dist(centre[:2], placed.measured_mm[:2]) < 5.0, placed
-            height = placed.corner_mm[2] + placed.box.size_mm[2] / 2
+            edge = oriented_size(placed.box.size_mm, placed.orientation)[2]
+            height = placed.corner_mm[2] + edge / 2
             assert abs(height - placed.measured_mm[2]) < 5.0, placed
 
 

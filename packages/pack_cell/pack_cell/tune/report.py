@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from pack_cell.tune.checking import Gain
-from pack_cell.tune.search import Found, Generation
+from pack_cell.tune.search import Generation, SearchOutcome
 from pack_cell.tune.values import TuneSettings, Weighting
 
 
@@ -21,7 +21,9 @@ def generation_line(generation: Generation, seconds: float) -> str:
     )
 
 
-def record(settings: TuneSettings, found: Found, gain: Gain, command: str) -> dict[str, Any]:
+def record(
+    settings: TuneSettings, found: SearchOutcome, gain: Gain, command: str
+) -> dict[str, Any]:
     """How weights were found and what they gain, as JSON; kept with them in the parameter file."""
     generations = found.generations
     return {
@@ -46,7 +48,9 @@ def record(settings: TuneSettings, found: Found, gain: Gain, command: str) -> di
     }
 
 
-def summary(settings: TuneSettings, start: Weighting, found: Found, gain: Gain) -> Iterator[str]:
+def summary(
+    settings: TuneSettings, start: Weighting, found: SearchOutcome, gain: Gain
+) -> Iterator[str]:
     """The outcome in a few lines."""
     rules = f'{settings.profile.name}, orientations {settings.profile.orientations}'
     yield f'{settings.bin_spec.name}, {rules}: {len(found.generations)} generations'

@@ -64,7 +64,7 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class Found:
+class SearchOutcome:
     """What the search ended with: the middle of its distribution, and all its generations."""
 
     weights: Weighting
@@ -77,7 +77,7 @@ def search(
     book: TrialBook,
     limits: Limits,
     progress: Callable[[Generation], None],
-) -> Found:
+) -> SearchOutcome:
     """Search ``space`` until ``limits`` end it; a generation that time cuts short does not count.
 
     ``progress`` is told of each generation. With the same settings it takes the same way, so that
@@ -106,7 +106,7 @@ def search(
         )  # fmt: skip
         progress(generations[-1])
     weights = space.weights(optimizer.mean) if generations else space.start
-    return Found(weights, tuple(generations))
+    return SearchOutcome(weights, tuple(generations))
 
 
 def _fills(
