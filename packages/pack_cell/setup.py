@@ -36,6 +36,7 @@ setup(
         'numpy',
         'pack_msgs_py',
         'pack_planner',
+        'Pillow',
         'PyYAML',
         'rich',
         'scipy',

@@ -15,6 +15,7 @@ from pack_cell.layout.command import add_layout, run_layout
 from pack_cell.options.declaration import add_options
 from pack_cell.options.parsers import OneLineParser
 from pack_cell.options.run_options import RunOptions, run_options
+from pack_cell.render.command import add_render, run_render
 from pack_cell.replay.command import add_replay, run_replay
 from pack_cell.report_page.command import add_report, run_report
 from pack_cell.running.kept_run import kept_run
@@ -53,6 +54,7 @@ def build_parser() -> argparse.ArgumentParser:
     add_view(verbs)
     add_report(verbs)
     add_replay(verbs)
+    add_render(verbs)
     add_compare(verbs)
     add_bench(verbs)
     add_tune(verbs)
@@ -84,6 +86,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return run_view(parsed)
     if parsed.verb == 'report':
         return run_report(parsed)
+    if parsed.verb == 'render':
+        return run_render(parsed)
     if parsed.verb == 'replay':
         return run_replay(parsed)
     if parsed.verb == 'layout':

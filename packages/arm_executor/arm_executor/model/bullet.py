@@ -54,7 +54,7 @@ def load_robot(client: int, urdf: str, self_collision: bool = False) -> int:
 
 def joint_indices(client: int, robot: int) -> tuple[int, ...]:
     """PyBullet's joint numbers of :data:`CELL_JOINT_NAMES`, in that order."""
-    numbers = {name: number for number, name in _joint_names(client, robot).items()}
+    numbers = {name: number for number, name in joint_names(client, robot).items()}
     return tuple(numbers[name] for name in CELL_JOINT_NAMES)
 
 
@@ -67,7 +67,8 @@ def link_names(client: int, robot: int) -> dict[int, str]:
     return names
 
 
-def _joint_names(client: int, robot: int) -> dict[int, str]:
+def joint_names(client: int, robot: int) -> dict[int, str]:
+    """Joint name by PyBullet's joint number."""
     count = pybullet.getNumJoints(robot, physicsClientId=client)
     return {
         joint: pybullet.getJointInfo(robot, joint, physicsClientId=client)[1].decode()

@@ -15,7 +15,7 @@ SPEEDS = (0.1, 0.25, 0.5, 1, 2, 5, 10, 30, 100)
 
 def replay_page(name: str, heard: Sequence[Heard]) -> str:
     """One self-contained page of what was ``heard`` in the run called ``name``."""
-    run = timeline(heard)
+    run = timeline(heard).data()
     belt = Layout().conveyor
     # No message tells how broad and long the belt is.
     run['belt_size'] = [belt.width, belt.length]

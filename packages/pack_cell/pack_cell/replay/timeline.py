@@ -42,6 +42,7 @@ class Timeline:
 
     boxes: dict[str, dict[str, Any]] = field(default_factory=dict)
     robot: dict[str, Any] | None = None
+    urdf: str = ''
     frames: dict[str, Pose] = field(default_factory=dict)
     joint_names: tuple[str, ...] = ()
     joint_times: list[float] = field(default_factory=list)
@@ -57,6 +58,7 @@ class Timeline:
     _where: dict[str, dict[str, tuple[float, ...]]] = field(default_factory=dict)
     _told: set[Any] = field(default_factory=set)
     _arm_moves: bool = False
+    _joints_heard_s: float = 0.0
 
     def add(self, heard: Heard) -> None:
         """One message."""
@@ -85,6 +87,7 @@ class Timeline:
                 self._joints(now_s, value)
             case RobotText():
                 self.robot = urdf_shapes(value.urdf) or self.robot
+                self.urdf = value.urdf
             case FixedFrame():
                 self.frames[value.name] = value.pose
 
@@ -222,12 +225,12 @@ class Timeline:
         )
         if moved:
             if self.joints and not self._arm_moves:
-                # It stood until now: not on its way all the time since it was last seen.
-                self.joint_times.append(max(self.joint_times[-1], now_s - 0.05))
+                # It stood until it was last heard: not on its way since it came there.
+                self.joint_times.append(self._joints_heard_s)
                 self.joints.append(self.joints[-1])
             self.joint_times.append(now_s)
             self.joints.append(joints.positions)
-        self._arm_moves = moved
+        self._arm_moves, self._joints_heard_s = moved, now_s
 
     def _note(self, now_s: float, text: str, *, bad: bool = False) -> None:
         self.notes.append([now_s, text, int(bad)])
@@ -254,12 +257,12 @@ class Timeline:
         return self._numbers[box.id]
 
 
-def timeline(heard: Iterable[Heard]) -> dict[str, Any]:
-    """The data of a whole recording."""
+def timeline(heard: Iterable[Heard]) -> Timeline:
+    """A whole recording."""
     made = Timeline()
     for each in heard:
         made.add(each)
-    return made.data()
+    return made
 
 
 def _placed_row(placed: PlacedBox) -> tuple[float, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import json
 import re
 from functools import cache
 from pathlib import Path
@@ -34,6 +35,18 @@ def message_definition(type_name: str) -> str:
         parts.append(f'{_SEPARATOR}\nMSG: {package}/{name}\n{of_inner}')
         waiting += _parts_of(inner, of_inner)
     return '\n'.join(part.rstrip('\n') for part in parts) + '\n'
+
+
+@cache
+def installed_type_hash(type_name: str) -> str:
+    """Hash of the message as it is installed (REP 2016); empty when that is not known."""
+    package, kind, name = type_name.split('/')
+    try:
+        path = Path(get_package_share_directory(package)) / kind / f'{name}.json'
+        hashes = json.loads(path.read_text())['type_hashes']
+    except (PackageNotFoundError, OSError, ValueError, KeyError):
+        return ''
+    return next((str(h['hash_string']) for h in hashes if h['type_name'] == type_name), '')
 
 
 def message_class(type_name: str) -> Any:  # noqa: ANN401 - rclpy is not typed

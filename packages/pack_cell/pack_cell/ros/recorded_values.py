@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +18,9 @@ from pack_cell.recording.heard import (
     RobotText,
     RobotTimes,
 )
-from pack_cell.recording.messages import RecordedMessage
+from pack_cell.recording.messages import RecordedMessage, RecordedTopic
 from pack_cell.recording.reading import NoRecording, read_messages
-from pack_cell.ros.message_definitions import message_class
+from pack_cell.ros.message_definitions import installed_type_hash, message_class
 from pack_msgs_py.codes import Mode
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.ros import conversions
@@ -31,13 +32,12 @@ CLOCK = '/clock'
 def recorded_values(paths: Sequence[Path]) -> list[Heard]:
     """What the recordings of a run say of the cell, in the order in which it was said.
 
-    Messages that cannot be read, of topics that the cell does not know or of another version of
-    them, are left out.
+    Topics that the cell does not know, and messages that cannot be read, are left out.
 
     Raises
     ------
     NoRecording
-        A file cannot be read, or they hold nothing of a cell.
+        A file cannot be read, or they hold nothing of a cell, or that of another version.
     """
     every = (message for path in paths for message in read_messages(path))
     messages = sorted(every, key=lambda message: message.published_ns)
@@ -52,9 +52,25 @@ def recorded_values(paths: Sequence[Path]) -> list[Heard]:
         for value in _values(topic, message):
             heard.append(Heard(times.at(message.published_ns), topic, value))
     if not any(each.topic in ('bin_state', 'placements') for each in heard):
-        msg = f'{paths[0]} holds nothing of a cell that this version can read'
-        raise NoRecording(msg)
+        raise NoRecording(_nothing_of_a_cell(paths[0], {message.topic for message in messages}))
     return heard
+
+
+def _nothing_of_a_cell(path: Path, topics: Set[RecordedTopic]) -> str:
+    others = sorted({topic.type_name for topic in topics if not _is_installed(topic)})
+    if others:
+        return (
+            f'{path} was recorded with other versions of {", ".join(others)}: replay it with the '
+            'version of the cell that recorded it; summary.json names it'
+        )
+    return f'{path} holds nothing of a cell'
+
+
+@cache
+def _is_installed(topic: RecordedTopic) -> bool:
+    """Whether messages of ``topic`` are what this installation takes them for."""
+    installed = installed_type_hash(topic.type_name)
+    return not (installed and topic.type_hash) or installed == topic.type_hash
 
 
 def _nanoseconds(message: RecordedMessage) -> int:
@@ -68,11 +84,10 @@ def _message(message: RecordedMessage) -> Any:  # noqa: ANN401 - rclpy is not ty
 
 def _values(topic: str, message: RecordedMessage) -> list[Any]:
     read = _READERS.get(topic)
-    if read is None:
+    if read is None or not _is_installed(message.topic):
         return []
     try:
         values = read(_message(message))
-    # What another version of the messages wrote cannot be told from what is damaged.
     except (ValueError, LookupError, RuntimeError, MemoryError):
         return []
     return values if isinstance(values, list) else [values]

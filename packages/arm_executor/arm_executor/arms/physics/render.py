@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pybullet
+from numpy.typing import NDArray
 
 from arm_executor.arms.physics.world import PhysicsWorld
 from pack_msgs_py.values import Vec3
@@ -33,7 +34,12 @@ def save_picture(
 
     It shows the whole cell unless ``camera`` says otherwise.
     """
-    camera = camera or Camera()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(png_of(take_picture(world.client, width, height, camera or Camera())))
+
+
+def take_picture(client: int, width: int, height: int, camera: Camera) -> NDArray[np.uint8]:
+    """What ``camera`` sees of the physics client ``client``, (height, width, 3)."""
     view = pybullet.computeViewMatrix(camera.eye, camera.looks_at, (0, 0, 1))
     lens = pybullet.computeProjectionMatrixFOV(camera.field_of_view, width / height, 0.5, 30.0)
     _, _, pixels, _, _ = pybullet.getCameraImage(
@@ -48,14 +54,12 @@ def save_picture(
         lightSpecularCoeff=0.1,
         shadow=1,
         renderer=pybullet.ER_TINY_RENDERER,
-        physicsClientId=world.client,
+        physicsClientId=client,
     )
-    image = np.asarray(pixels, dtype=np.uint8).reshape(height, width, 4)[:, :, :3]
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(_png(image))
+    return np.asarray(pixels, dtype=np.uint8).reshape(height, width, 4)[:, :, :3]
 
 
-def _png(image: np.ndarray[tuple[int, ...], np.dtype[np.uint8]]) -> bytes:
+def png_of(image: NDArray[np.uint8]) -> bytes:
     """``image`` (height, width, 3) as PNG."""
     height, width, _ = image.shape
     rows = b''.join(b'\x00' + row.tobytes() for row in image)

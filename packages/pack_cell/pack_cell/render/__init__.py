@@ -1,0 +1,1 @@
+"""``cell render``: pictures and films of a recorded run, drawn in software."""
