@@ -29,11 +29,11 @@ class RobotTime:
         self._told_s, self._still = -1.0, 0
         self._publisher = node.create_publisher(Clock, 'robot_time', 10)
 
-    def tell(self) -> None:
-        """Say what time it is, when it has changed or was not said for long."""
+    def tell(self) -> float:
+        """Say what time it is, when it has changed or was not said for long; returns it."""
         now_s = self._robot_time()
         self._still = 0 if now_s != self._told_s else self._still + 1
-        if self._still % _STANDING_STILL:
-            return
-        self._told_s = now_s
-        self._publisher.publish(Clock(clock=time_to_ros(self._start_s + now_s)))
+        if self._still % _STANDING_STILL == 0:
+            self._told_s = now_s
+            self._publisher.publish(Clock(clock=time_to_ros(self._start_s + now_s)))
+        return now_s

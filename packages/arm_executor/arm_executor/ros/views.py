@@ -46,7 +46,7 @@ Joints = tuple[tuple[str, ...], tuple[float, ...]]
 def velocities(before: Joints, now: Joints, seconds: float) -> list[float]:
     """By how much each joint has moved a second since ``before``: m/s, rad/s; 0 for a first look.
 
-    Of the wall clock, as the stamps are: at speed 2 the arm moves twice as fast.
+    Of robot time, whatever the speed on the wall: so they can be held against the joints' limits.
     """
     if before[0] != now[0] or seconds <= 0:
         return [0.0] * len(now[1])
@@ -121,16 +121,15 @@ class Views:
 
     def _show_joints(self) -> None:
         now = self._joints()
-        self._time.tell()
+        robot_s = self._time.tell()
         self._rested = 0 if now != self._last else self._rested + 1
         if not now[0] or self._rested % _AT_REST:
             return
-        clock_now = self._node.get_clock().now()
-        now_s, stamp = 1e-9 * clock_now.nanoseconds, clock_now.to_msg()
+        stamp = self._node.get_clock().now().to_msg()
         msg = JointState(name=list(now[0]), position=list(now[1]))
-        msg.velocity = velocities(self._last, now, now_s - self._last_s)
+        msg.velocity = velocities(self._last, now, robot_s - self._last_s)
         msg.header.stamp = stamp
-        self._last, self._last_s = now, now_s
+        self._last, self._last_s = now, robot_s
         self._states.publish(msg)
         if self._tf.get_subscription_count():
             moving = (joint for joint in self._tree if joint.index is not None)
