@@ -19,7 +19,7 @@ from arm_executor.arms.known_bins import BinContent, KnownBins
 from arm_executor.arms.prediction import PredictedCell
 from arm_executor.arms.true_boxes import Truth, mismatch, missed_by_pad, true_rest
 from arm_executor.model.arm_interface import (
-    Found,
+    FoundAt,
     MotionError,
     MotionHooks,
     MotionPlan,
@@ -253,9 +253,9 @@ class TimedArm:
         self._held = None
         return had_box
 
-    def find_box(self, box: Box, station: str, target: Pose, *, released: bool) -> Found:
+    def find_box(self, box: Box, station: str, target: Pose, *, released: bool) -> FoundAt:
         """Its world begins anew as the journal says, so nothing in it is in doubt."""
-        return Found.IN_BIN if released else Found.ON_BELT
+        return FoundAt.IN_BIN if released else FoundAt.ON_BELT
 
     def withdraw(self) -> bool:
         """It is never in the way."""

@@ -6,11 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from arm_executor.bins.records import Attempt, Step
-from arm_executor.model.arm_interface import Found
+from arm_executor.model.arm_interface import FoundAt
 
 #: Says where the box of a placement is that was picked, or whose release had begun; ``None`` when
 #: that cannot be told.
-Finder = Callable[[Attempt], Found | None]
+Finder = Callable[[Attempt], FoundAt | None]
 
 #: What others are told of a box in doubt.
 DOUBT = (
@@ -36,9 +36,9 @@ class Recovery:
     unmeasured: tuple[Attempt, ...] = ()
 
 
-def as_written(attempt: Attempt) -> Found:
+def as_written(attempt: Attempt) -> FoundAt:
     """Where a box is in a world that begins anew as the journal says."""
-    return Found.IN_BIN if attempt.step.in_bin else Found.ON_BELT
+    return FoundAt.IN_BIN if attempt.step.in_bin else FoundAt.ON_BELT
 
 
 def sorted_out(pending: list[Attempt], find: Finder) -> Recovery:
@@ -55,7 +55,7 @@ def sorted_out(pending: list[Attempt], find: Finder) -> Recovery:
             unmeasured.append(attempt)
         elif attempt.step is not Step.PLANNED:
             found = find(attempt)
-            kinds = {Found.ON_BELT: returned, Found.IN_BIN: unmeasured, None: undecided}
+            kinds = {FoundAt.ON_BELT: returned, FoundAt.IN_BIN: unmeasured, None: undecided}
             kinds[found].append(attempt)
     forgotten = tuple(attempt for attempt in pending if attempt.step is Step.PLANNED)
     return Recovery(tuple(undecided), tuple(returned), forgotten, tuple(unmeasured))

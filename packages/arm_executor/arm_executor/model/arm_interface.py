@@ -221,7 +221,7 @@ class ClockedArm(Protocol):
         """
 
 
-class Found(Enum):
+class FoundAt(Enum):
     """Where a box is that the arm was moving when its executor died."""
 
     ON_BELT = 'on the belt'
@@ -235,7 +235,7 @@ class FindingArm(Protocol):
     With an arm that has not, such a box is `UNKNOWN`: its bin is blocked until a person has looked.
     """
 
-    def find_box(self, box: Box, station: str, target: Pose, *, released: bool) -> Found | None:
+    def find_box(self, box: Box, station: str, target: Pose, *, released: bool) -> FoundAt | None:
         """Where a box is that was picked, or whose release had begun; ``None`` for not to be told.
 
         Called before :meth:`Arm.set_bins`. A box that is in the gripper is to be brought back to

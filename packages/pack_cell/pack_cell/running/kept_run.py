@@ -11,7 +11,6 @@ import os
 import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +19,6 @@ from conveyor_sim.streams import with_path
 from pack_cell.files import naming
 from pack_cell.options.option_texts import conflicts, options_from, texts_of
 from pack_cell.options.run_options import RunOptions, open_stream
-from pack_cell.recording.reading import RUN_FILE
 
 FILE_NAME = 'run.json'
 _FORMAT = 1
@@ -142,14 +140,6 @@ def kept_run(folder: Path, given: Mapping[str, Any]) -> KeptRun:
         raise NotResumable(msg)
     changed = {key: value for key, value in given.items() if _is_free(key)}
     return KeptRun(folder, replace(asked, **changed), command)
-
-
-def set_recording_aside(folder: Path) -> None:
-    """Give the recording of an earlier session another name: the next one writes its own."""
-    path = folder / RUN_FILE
-    if path.exists():
-        number = next(n for n in count(1) if not (folder / f'run-{n}.mcap').exists())
-        path.replace(folder / f'run-{number}.mcap')
 
 
 def _is_free(key: str) -> bool:

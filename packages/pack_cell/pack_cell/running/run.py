@@ -32,7 +32,7 @@ from pack_cell.report_page.command import report_trouble
 from pack_cell.running.books_of_bins import BooksOfBins, books_of_bins
 from pack_cell.running.display import RunDisplay
 from pack_cell.running.folder_lock import FolderLock, FolderTaken
-from pack_cell.running.kept_run import FILE_NAME, KeptRun, is_begun, set_recording_aside
+from pack_cell.running.kept_run import FILE_NAME, KeptRun, is_begun
 from pack_cell.running.memory import MemoryWatch
 from pack_cell.running.node_commands import RECORDER, node_specs, write_parameters
 from pack_cell.running.ros_domain import DomainLock, DomainTaken, hold_domain, loopback_trouble
@@ -148,8 +148,6 @@ def _run_in_domain(kept: KeptRun, began: float, *, resumed: bool = False) -> int
                 f'the books in {kept.folder / "state"} are not as they were written, see above: '
                 'bring them back from a copy; what is in the bins now is known to nobody else'
             )
-        if resumed:
-            set_recording_aside(kept.folder)
         return _run(kept, began, domain)
     except FolderTaken as error:
         return _refused(str(error))

@@ -22,7 +22,7 @@ from arm_executor.arms.physics.standing_bins import StandingBins
 from arm_executor.arms.physics.world import STEP_S, PhysicsWorld
 from arm_executor.arms.true_boxes import Truth
 from arm_executor.model.arm_interface import (
-    Found,
+    FoundAt,
     MotionHooks,
     MotionPlan,
     MotionResult,
@@ -140,9 +140,9 @@ class PhysicsArm:
         """See :meth:`arm_executor.model.arm_interface.Arm.return_to_belt`."""
         return self._execution.return_to_belt()
 
-    def find_box(self, box: Box, station: str, target: Pose, *, released: bool) -> Found:
+    def find_box(self, box: Box, station: str, target: Pose, *, released: bool) -> FoundAt:
         """Its world begins anew as the journal says, so nothing in it is in doubt."""
-        return Found.IN_BIN if released else Found.ON_BELT
+        return FoundAt.IN_BIN if released else FoundAt.ON_BELT
 
     def withdraw(self) -> bool:
         """See :meth:`arm_executor.model.arm_interface.Arm.withdraw`."""
