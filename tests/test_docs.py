@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from rclpy.qos import LivelinessPolicy
 
 from arm_executor.parameters import ExecutorParameters
 from conveyor_sim.parameters import ConveyorParameters
@@ -49,6 +50,20 @@ def test_the_parameter_file_of_a_node_holds_every_default(package: str) -> None:
 def test_every_topic_is_in_the_readme_of_the_messages_and_of_a_node(topic: str) -> None:
     assert f'`{topic}`' in readme('pack_msgs')
     assert any(f'`{topic}`' in readme(package) for package in NODES)
+
+
+@pytest.mark.parametrize('topic', TOPICS)
+def test_the_page_of_the_interfaces_says_what_each_topic_offers(topic: str) -> None:
+    page = (ROOT / 'docs' / 'interfaces.md').read_text()
+    (row,) = re.findall(rf'^\| `{topic}` \|(.*)\|$', page, re.MULTILINE)
+    _, reliability, durability, depth, deadline, liveliness = map(str.strip, row.split('|'))
+    profile = TOPICS[topic]
+    assert reliability.upper() == profile.reliability.name
+    assert durability.upper().replace(' ', '_') == profile.durability.name
+    assert int(depth) == profile.depth
+    limit_s = profile.deadline.nanoseconds / 1e9
+    assert deadline == (f'{limit_s:g} s' if 0 < limit_s < 1e6 else '')
+    assert bool(liveliness) == (profile.liveliness == LivelinessPolicy.MANUAL_BY_TOPIC)
 
 
 def test_the_tables_that_are_made_from_the_code_are_as_the_code_is() -> None:

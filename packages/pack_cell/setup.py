@@ -56,6 +56,7 @@ setup(
     entry_points={
         'console_scripts': [
             'cell = pack_cell.cli:main',
+            'detection_scanner = pack_cell.ros.detection_scanner:main',
             'recorder = pack_cell.ros.recorder:main',
             'topic_recorder = pack_cell.ros.topic_recorder:main',
             'viewer = pack_cell.ros.viewer:main',

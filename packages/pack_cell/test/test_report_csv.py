@@ -25,6 +25,13 @@ def test_every_box_has_a_line_in_the_order_of_placing_bin_by_bin(tmp_path):
     assert (lines[-1]['reason'], lines[-1]['bin']) == ('oversize: 1900 mm fit no bin', '')
 
 
+def test_what_others_know_of_a_box_has_columns_and_the_rest_one_of_its_own(tmp_path):
+    known = {'sku': 'TIN-7', 'order_id': '=17', 'aisle': '4', 'gift': 'yes'}
+    [line] = lines_of(write_folder(tmp_path, [ROW | {'attributes': known}]))
+    assert [line[key] for key in ('sku', 'order_id', 'barcode')] == ['TIN-7', "'=17", '']
+    assert line['attributes'] == 'aisle=4; gift=yes'
+
+
 @pytest.mark.parametrize('evil', ['=1+1', '+1', '-1', '@SUM(A1)', '\t=1', '\r=1'])
 def test_a_name_that_is_a_formula_is_text(tmp_path, evil):
     [line] = lines_of(write_folder(tmp_path, [ROW | {'box_id': evil}]))

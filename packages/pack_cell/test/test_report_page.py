@@ -86,6 +86,14 @@ def test_the_work_order_says_what_goes_where_and_which_way_up(tmp_path):
     ]
 
 
+def test_the_work_order_names_article_and_order_where_they_are_known(tmp_path):
+    known = {'sku': '<b>TIN</b>', 'order_id': '17', 'aisle': '4'}
+    page = page_of(write_folder(tmp_path, [ROW | {'attributes': known}, *stacked(1)]))
+    assert '<th class="text">article</th>' in page
+    assert '&lt;b&gt;TIN&lt;/b&gt;, 17' in page and '<b>TIN' not in page
+    assert 'article</th>' not in page_of(write_folder(tmp_path, stacked(2)))
+
+
 def test_a_bin_says_whether_and_why_it_was_closed(tmp_path):
     rows = [ROW, ROW | {'box_id': 'b', 'bin_serial': 2}]
     folder = write_folder(tmp_path, rows, closings=[closing(1, 'nothing fits: 5 boxes too high')])

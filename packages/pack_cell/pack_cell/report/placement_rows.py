@@ -40,6 +40,7 @@ def placement_row(
         'true_size_mm': list(true.size_mm) if true else None,
         'weight_kg': box.weight_kg if box else None,
         'destination': box.destination if box else None,
+        'attributes': dict(box.extra) if box else {},
         'bin_serial': None,
         'bin_type': None,
         'bin_destination': None,

@@ -6,13 +6,14 @@ import csv
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from pack_cell.report_page.run_folder import FinishedRun, InBin, RunBox
+from pack_cell.report_page.run_folder import ARTICLE_KEYS, FinishedRun, InBin, RunBox
 from pack_cell.report_page.work_order import packing_steps
 
 COLUMNS = (
-    'run', 'bin', 'step', 'box', 'outcome', 'reason', 'destination', 'length_mm', 'width_mm',
+    'run', 'bin', 'step', 'box', *ARTICLE_KEYS, 'outcome', 'reason', 'destination', 'length_mm',
+    'width_mm',
     'height_mm', 'weight_kg', 'layer', 'x_mm', 'y_mm', 'z_mm', 'along_x_mm', 'along_y_mm',
-    'up_mm', 'way_up', 'motion_s', 'slack_s', 'planning_s',
+    'up_mm', 'way_up', 'motion_s', 'slack_s', 'planning_s', 'attributes',
 )  # fmt: skip
 #: A cell that begins so would be run as a formula by a spreadsheet.
 _FORMULA = ('=', '+', '-', '@', '\t', '\r', '\n')
@@ -55,6 +56,7 @@ def _row(
         as_text(bin_name),
         '' if placed is None else placed.step,
         as_text(box.id),
+        *(as_text(box.attributes.get(key, '')) for key in ARTICLE_KEYS),
         as_text(box.outcome),
         as_text(box.reason or ''),
         as_text(box.destination),
@@ -67,6 +69,11 @@ def _row(
         _cell(box.motion_s),
         _cell(box.slack_s),
         _cell(box.planning_s),
+        as_text(
+            '; '.join(
+                f'{key}={text}' for key, text in box.attributes.items() if key not in ARTICLE_KEYS
+            )
+        ),
     )
 
 

@@ -64,7 +64,12 @@ def run_page(run: FinishedRun) -> str:
         sorted_bins=any(of_run.destination for of_run in run.bins),
         hidden=len(run.bins) - len(shown),
         orders=[
-            {'bin': of_run, 'steps': of_bin, 'layers': packing_layers(of_run, of_bin)}
+            {
+                'bin': of_run,
+                'steps': of_bin,
+                'layers': packing_layers(of_run, of_bin),
+                'has_articles': any(step.placed.box.article for step in of_bin),
+            }
             for of_run, of_bin in zip(shown, steps, strict=True)
         ],
         scenes=[scene(of_run) for of_run in shown],

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -18,12 +18,17 @@ class ReportError(ValueError):
     """A folder that no report can be made of; the message says which file, and what is wrong."""
 
 
+#: Attributes by which people know a box.
+ARTICLE_KEYS = ('sku', 'order_id', 'barcode')
+
+
 @dataclass(frozen=True)
 class RunBox:
     """A box of a run: a row of ``placements.jsonl``.
 
     Lengths are millimetres, times seconds. ``size_mm`` is the true size as far as it is known, else
     the scanned one; ``None`` when it was never scanned. What did not come to pass is ``None``.
+    ``attributes`` is what others know of it, such as its `sku`.
     """
 
     id: str
@@ -45,6 +50,12 @@ class RunBox:
     stamp_s: float | None = None
     code: str | None = None
     reason: str | None = None
+    attributes: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def article(self) -> str:
+        """What others call it: article, order and barcode, as far as they are known."""
+        return ', '.join(filter(None, map(self.attributes.get, ARTICLE_KEYS)))
 
     @property
     def volume_mm3(self) -> float:
@@ -230,6 +241,7 @@ def _box(row: Mapping[str, Any]) -> RunBox:
         **{name: _number(row, name) for name in _TIMES},
         code=row.get('code'),
         reason=row.get('reason'),
+        attributes={str(key): str(text) for key, text in (row.get('attributes') or {}).items()},
     )
 
 

@@ -140,7 +140,7 @@ def tilt_between(first: Quaternion, second: Quaternion) -> float:
 
 
 #: Half a turn about each of the axes.
-_HALF_TURNS: tuple[Quaternion, ...] = (
+HALF_TURNS: tuple[Quaternion, ...] = (
     (1.0, 0.0, 0.0, 0.0),
     (0.0, 1.0, 0.0, 0.0),
     (0.0, 0.0, 1.0, 0.0),
@@ -152,6 +152,6 @@ def folded(pose: Pose, near: Pose) -> Pose:
 
     A box turned so fills the same space, and the arm may place it either way round.
     """
-    half_turn = _HALF_TURNS[upright_axis(pose.quaternion)]
+    half_turn = HALF_TURNS[upright_axis(pose.quaternion)]
     half_turned = Pose(pose.position, quaternion_product(pose.quaternion, half_turn))
     return min((pose, half_turned), key=lambda candidate: turn_between(candidate, near))

@@ -41,11 +41,17 @@ class ScanFrames:
         """
         if scan.frame_id == CELL_FRAME:
             return scan
-        self._listen()
-        frame = self._tree.pose_of(scan.frame_id, CELL_FRAME, scan.stamp_s)
+        frame = self.pose_in_cell(scan.frame_id, scan.stamp_s)
         boxes = tuple(replace(item, pose=composed(frame, item.pose)) for item in scan.boxes)
         velocity = rotated(frame.quaternion, scan.belt_velocity)
         return replace(scan, frame_id=CELL_FRAME, boxes=boxes, belt_velocity=velocity)
+
+    def pose_in_cell(self, frame_id: str, stamp_s: float) -> Pose:
+        """Pose of a frame in `cell` at ``stamp_s``; raises as :meth:`in_cell` does."""
+        if frame_id == CELL_FRAME:
+            return Pose()
+        self._listen()
+        return self._tree.pose_of(frame_id, CELL_FRAME, stamp_s)
 
     def _listen(self) -> None:
         if self._listens:

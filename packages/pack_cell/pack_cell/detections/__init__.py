@@ -1,0 +1,1 @@
+"""Scans made from what a camera detects (vision_msgs/Detection3DArray)."""
