@@ -316,16 +316,12 @@ write_environment() {
     # Last on the path, so that a real ros2 wins.
     printf 'case ":$PATH:" in\n  *:%q:*) ;;\n  *) export PATH=%q:$PATH:%q ;;\nesac\n' \
       "$venv/bin" "${PATH%":$before"}" "$root/tools/standin"
-    printf '[ -n "${%s:-}" ] || export %s=%q\n' \
-      ROS_AUTOMATIC_DISCOVERY_RANGE ROS_AUTOMATIC_DISCOVERY_RANGE LOCALHOST
-    # Who asks for a network gets sockets that hear it.
-    printf 'case "$ROS_AUTOMATIC_DISCOVERY_RANGE" in LOCALHOST) profiles=%q ;; *) profiles=%q ;; esac\n' \
-      "$root/tools/fastdds.xml" "$root/tools/fastdds_network.xml"
-    printf '[ -n "${%s:-}" ] || export %s="$profiles"\n' \
-      FASTRTPS_DEFAULT_PROFILES_FILE FASTRTPS_DEFAULT_PROFILES_FILE
-    printf '[ -n "${%s:-}" ] || export %s=%q\n' \
-      FASTDDS_BUILTIN_TRANSPORTS FASTDDS_BUILTIN_TRANSPORTS UDPv4 \
-      ROS_LOG_DIR ROS_LOG_DIR "$state/log/ros" \
-      NUMBA_CACHE_DIR NUMBA_CACHE_DIR "$state/numba"
+    printf 'cell_tools=%q\nsource "$cell_tools/transport.sh"\nunset cell_tools\n' "$root/tools"
+    # Another user of the machine writes logs and compiled code to a home of their own.
+    printf '[ -n "${ROS_LOG_DIR:-}" ] || [ ! -w %q ] || export ROS_LOG_DIR=%q\n' \
+      "$log" "$log/ros"
+    printf '[ -n "${NUMBA_CACHE_DIR:-}" ] || export NUMBA_CACHE_DIR=%q\n' "$state/numba"
+    printf '[ -w "$NUMBA_CACHE_DIR" ] || [ ! -d "$NUMBA_CACHE_DIR" ] || export NUMBA_CACHE_DIR=%s\n' \
+      '"${XDG_CACHE_HOME:-${HOME:-/tmp}/.cache}/packing-cell-numba"'
   ) > "$state/env.sh"
 }
