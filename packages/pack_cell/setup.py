@@ -57,6 +57,7 @@ setup(
         'console_scripts': [
             'cell = pack_cell.cli:main',
             'detection_scanner = pack_cell.ros.detection_scanner:main',
+            'end_of_stream = pack_cell.ros.end_of_stream:main',
             'recorder = pack_cell.ros.recorder:main',
             'topic_recorder = pack_cell.ros.topic_recorder:main',
             'viewer = pack_cell.ros.viewer:main',

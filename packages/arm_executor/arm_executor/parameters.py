@@ -151,6 +151,12 @@ class ExecutorParameters:
     state_dir: str = parameter(
         '', 'Folder of the journal; empty keeps it in memory.', read_only=True
     )
+    frame_prefix: str = parameter(
+        '',
+        'Stands before the name of every frame on `/tf`, such as `north/`, where several cells '
+        'share it; frames in the messages of the cell keep their names.',
+        read_only=True,
+    )
 
 
 @dataclass(frozen=True)

@@ -1,14 +1,22 @@
 """Start the whole cell: ``ros2 launch pack_cell cell.launch.py bin:=EQ speed:=0.0``."""
 
 import shutil
+import sys
 from pathlib import Path
 
 from launch import LaunchContext, LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-from pack_cell.launching import FORMER_NAMES, is_on, launch_arguments, launched_nodes
+from pack_cell.launching import (
+    FORMER_NAMES,
+    OWN_ARGUMENTS,
+    check_names,
+    is_on,
+    launch_arguments,
+    launched_nodes,
+)
 from pack_cell.running.node_commands import NODES
 
 #: What RViz shows, and what it listens to beside the transforms.
@@ -26,10 +34,16 @@ def nodes(context: LaunchContext) -> list[Node]:
     def given(name: str) -> str:
         return LaunchConfiguration(name).perform(context)
 
-    texts = {argument.name: given(argument.name) for argument in launch_arguments()}
     # Launch itself passes over arguments that nobody declared.
+    check_names(sys.argv)
+    texts = {argument.name: given(argument.name) for argument in launch_arguments()}
     texts |= {name: given(name) for name in FORMER_NAMES if name in context.launch_configurations}
     parameters = launched_nodes(texts, given('state_dir'))
+    respawn = is_on('respawn', given('respawn'))
+    common = {'use_sim_time': is_on('use_sim_time', given('use_sim_time'))}
+    for name in ('planner', 'arm_executor'):
+        parameters[name]['frame_prefix'] = given('frame_prefix')
+    own = [given('params_file')] if given('params_file') else []
     started = [
         (package, executable, parameters[name]) for name, (package, executable) in NODES.items()
     ]
@@ -44,12 +58,27 @@ def nodes(context: LaunchContext) -> list[Node]:
             executable=executable,
             namespace=given('namespace'),
             output='screen',
-            parameters=[values],
+            parameters=[values, common, *own],
+            arguments=['--ros-args', '--log-level', given('log_level')],
+            # Belt, planner and arm find their state again; without one of them nothing goes on.
+            respawn=respawn,
+            respawn_delay=1.0,
+            on_exit=None if respawn or package == 'pack_cell' else _shutdown(executable),
         )
         for package, executable, values in started
     ]
     if is_on('rviz', given('rviz')):
         made.append(_rviz(given('namespace')))
+    if is_on('exit_at_end', given('exit_at_end')):
+        made.append(
+            Node(
+                package='pack_cell',
+                executable='end_of_stream',
+                namespace=given('namespace'),
+                output='screen',
+                on_exit=_shutdown('end_of_stream'),
+            )
+        )
     return made
 
 
@@ -66,28 +95,20 @@ def _rviz(namespace: str) -> Node:
     )
 
 
+def _shutdown(executable: str) -> list[Shutdown]:
+    return [Shutdown(reason=f'{executable} has ended')]
+
+
 def generate_launch_description() -> LaunchDescription:
     """The arguments, and the nodes."""
     arguments = [
-        DeclareLaunchArgument('namespace', default_value='', description='of every node'),
+        DeclareLaunchArgument(name, default_value=default, description=description)
+        for name, (default, description) in OWN_ARGUMENTS.items()
+    ]
+    arguments += [
         DeclareLaunchArgument(
-            'state_dir',
-            default_value='',
-            description='folder of the journals; empty: state is lost with the node',
-        ),
-        DeclareLaunchArgument(
-            'record', default_value='', description='MCAP file for every topic; empty: none'
-        ),
-        DeclareLaunchArgument(
-            'view', default_value='false', description='show the cell on a page in the browser'
-        ),
-        DeclareLaunchArgument('rviz', default_value='false', description='open RViz on the cell'),
-        DeclareLaunchArgument('view_port', default_value='8080', description='port of that page'),
-        *(
-            DeclareLaunchArgument(
-                argument.name, default_value=argument.default, description=argument.description
-            )
-            for argument in launch_arguments()
-        ),
+            argument.name, default_value=argument.default, description=argument.description
+        )
+        for argument in launch_arguments()
     ]
     return LaunchDescription([*arguments, OpaqueFunction(function=nodes)])

@@ -5,8 +5,9 @@ Knows nothing of launch, so that it can be tested where launch is not installed.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,47 @@ from pack_cell.running.node_parameters import check_cell, node_parameters
 
 #: What arguments were called before they had the names of the options.
 FORMER_NAMES = {'boxes_file': 'boxes', 'bin_type': 'bin', 'deadline_s': 'deadline'}
+
+LAUNCH_FILE = 'cell.launch.py'
+#: Arguments of the launch file that are no option of a run: default, and what they say.
+OWN_ARGUMENTS = {
+    'namespace': ('', 'of every node'),
+    'frame_prefix': (
+        '',
+        'before the name of every frame, such as north/: two cells in one domain keep apart',
+    ),
+    'state_dir': ('', 'folder of the journals; empty: state is lost with the node'),
+    'params_file': ('', 'YAML file of parameters; what it says wins over the other arguments'),
+    'record': ('', 'MCAP file for every topic; empty: none'),
+    'view': ('false', 'show the cell on a page in the browser'),
+    'rviz': ('false', 'open RViz on the cell'),
+    'view_port': ('8080', 'port of that page'),
+    'respawn': ('false', 'start a node again that ended; otherwise that ends the launch'),
+    'exit_at_end': ('true', 'end the launch when every box of the stream is accounted for'),
+    'use_sim_time': ('false', 'take the time from /clock'),
+    'log_level': ('info', 'debug, info, warn, error or fatal'),
+}
+
+
+def check_names(words: Sequence[str]) -> None:
+    """Refuse ``name:=value`` among the words of a command line where there is no such argument.
+
+    Raises
+    ------
+    ValueError
+        Which one, and which there are.
+    """
+    if not any(word.endswith(LAUNCH_FILE) for word in words):
+        return  # included by another launch file, whose arguments these are
+    known = {*OWN_ARGUMENTS, *_options(), *FORMER_NAMES}
+    for word in words:
+        name, mark, _ = word.partition(':=')
+        if mark and name not in known:
+            near = ', '.join(get_close_matches(name, known))
+            hint = f'did you mean {near}? ' if near else ''
+            use = ', '.join(sorted(known - set(FORMER_NAMES)))
+            msg = f'cell.launch.py: unknown argument {name}: {hint}there are {use}'
+            raise ValueError(msg)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from pack_cell.launching import FORMER_NAMES, launch_arguments, launched_nodes
+from pack_cell.launching import FORMER_NAMES, check_names, launch_arguments, launched_nodes
 from pack_cell.options.declaration import add_options, declared_options
 from pack_cell.options.parsers import OneLineParser
 from pack_cell.options.run_options import RunOptions
@@ -131,7 +131,7 @@ def launch_file(monkeypatch):
     """The launch file, where launch itself is not installed."""
     names = {
         'launch': ('LaunchContext', 'LaunchDescription'),
-        'launch.actions': ('DeclareLaunchArgument', 'OpaqueFunction'),
+        'launch.actions': ('DeclareLaunchArgument', 'OpaqueFunction', 'Shutdown'),
         'launch.substitutions': (),
         'launch_ros': (),
         'launch_ros.actions': ('Node',),
@@ -158,15 +158,17 @@ def launched(launch_file, **given):
 
 def test_without_a_recording_and_a_folder_nobody_records(launch_file):
     assert 'topic_recorder' not in launched(launch_file)
-    [given] = launched(launch_file, record='cell.mcap')['topic_recorder']['parameters']
+    given, *_ = launched(launch_file, record='cell.mcap')['topic_recorder']['parameters']
     assert given == {'file': 'cell.mcap', 'state_dir': ''}
 
 
 def test_the_launch_file_starts_the_nodes_with_their_parameters(launch_file):
     nodes = launched(launch_file, bin='EQ', namespace='north', state_dir='/somewhere')
-    assert set(nodes) == {'conveyor', 'planner', 'arm_executor', 'topic_recorder'}
+    assert set(nodes) == {
+        'conveyor', 'planner', 'arm_executor', 'topic_recorder', 'end_of_stream'
+    }  # fmt: skip
     assert {node['namespace'] for node in nodes.values()} == {'north'}
-    [parameters] = nodes['arm_executor']['parameters']
+    parameters, *_ = nodes['arm_executor']['parameters']
     assert (parameters['bin_type'], parameters['state_dir']) == ('EQ', '/somewhere')
 
 
@@ -177,7 +179,7 @@ def test_the_launch_file_refuses_a_former_name(launch_file):
 
 def test_the_launch_file_shows_the_page_when_it_is_asked_to(launch_file):
     nodes = launched(launch_file, view='true', view_port='8090', namespace='north')
-    assert nodes['viewer']['parameters'] == [{'port': 8090}]
+    assert nodes['viewer']['parameters'][0] == {'port': 8090}
     assert nodes['viewer']['namespace'] == 'north'
     with pytest.raises(ValueError, match="view: 'perhaps' is neither true nor false"):
         launched(launch_file, view='perhaps')
@@ -195,3 +197,43 @@ def test_without_rviz_the_launch_says_what_to_install(launch_file, monkeypatch):
     monkeypatch.setattr('shutil.which', lambda name: None)
     with pytest.raises(ValueError, match='ros-jazzy-rviz2'):
         launched(launch_file, rviz='true')
+
+
+def test_one_launch_takes_the_habits_of_ros(launch_file):
+    nodes = launched(
+        launch_file, use_sim_time='true', log_level='debug', params_file='mine.yaml',
+        frame_prefix='north/', exit_at_end='false',
+    )  # fmt: skip
+    assert 'end_of_stream' not in nodes
+    for name in ('conveyor', 'planner', 'arm_executor'):
+        own, common, file = nodes[name]['parameters']
+        assert common == {'use_sim_time': True} and file == 'mine.yaml', 'what is last wins'
+        assert nodes[name]['arguments'] == ['--ros-args', '--log-level', 'debug']
+        assert own.get('frame_prefix') == (None if name == 'conveyor' else 'north/')
+
+
+def test_a_node_that_ends_ends_the_launch_or_is_started_again(launch_file):
+    ending, again = launched(launch_file), launched(launch_file, respawn='true', record='a.mcap')
+    for name in ('conveyor', 'planner', 'arm_executor'):
+        [shutdown] = ending[name]['on_exit']
+        assert shutdown.named['reason'] == f'{name} has ended' and not ending[name]['respawn']
+        assert again[name]['on_exit'] is None and again[name]['respawn']
+    assert again['topic_recorder']['on_exit'] is None, 'it only listens'
+    assert again['end_of_stream']['on_exit'], 'the stream ends all the same'
+
+
+def test_an_argument_that_nobody_declared_is_refused_with_what_was_meant():
+    command = ['ros2', 'launch', 'pack_cell', 'cell.launch.py', 'bin:=EQ', 'log_level:=warn']
+    check_names(command)
+    with pytest.raises(ValueError, match=r'unknown argument bins: did you mean bin'):
+        check_names([*command, 'bins:=EQ'])
+    check_names(['ros2', 'launch', 'mine', 'plant.launch.py', 'line:=7'])
+
+
+@pytest.mark.parametrize('package', ['conveyor_sim', 'pack_planner', 'arm_executor'])
+def test_every_node_has_a_launch_file_of_its_own_that_is_installed(package):
+    folder = Path(__file__).resolve().parents[2] / package
+    [path] = (folder / 'launch').glob('*.launch.py')
+    assert f"node_launch('{package}', '{path.name.split('.')[0]}')" in path.read_text()
+    assert "'/launch', glob('launch/*.launch.py')" in (folder / 'setup.py').read_text()
+    assert '<exec_depend>launch_ros</exec_depend>' in (folder / 'package.xml').read_text()

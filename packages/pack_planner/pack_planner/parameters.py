@@ -182,6 +182,12 @@ class PlannerParameters:
         low=0.0,
         high=60.0,
     )
+    frame_prefix: str = parameter(
+        '',
+        'Stands before the name of every frame on `/tf`, such as `north/`, where several cells '
+        'share it; frames in the messages of the cell keep their names.',
+        read_only=True,
+    )
 
 
 def counted_node_s(parameters: PlannerParameters) -> float | None:

@@ -131,7 +131,7 @@ class ArmExecutor(Node):
             start = read_start_bins(Path(parameters.start_bins))
             check_start_bins(start, spec, parameters.open_bins, settings.profile)
             self._book.begin_with(start)
-        self._frames = ScanFrames(self)
+        self._frames = ScanFrames(self, parameters.frame_prefix)
         self._truth = Truth(parameters.state_dir if kind.keeps_true_boxes else '')
         setup = ArmSetup(
             layout=self._layout,
@@ -160,6 +160,7 @@ class ArmExecutor(Node):
             self._core.joints,
             kind.moves_robot and not kind.has_driver,
             self._core.robot_time,
+            parameters.frame_prefix,
         )
         self._wake = self.create_guard_condition(self._drain)
         self._make_interfaces()

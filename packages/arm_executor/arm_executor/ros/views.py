@@ -64,6 +64,7 @@ class Views:
     joints : names and positions of the joints now; both empty for an arm without any.
     shows_robot : whether there is a robot to show.
     robot_time : robot seconds since the start.
+    frame_prefix : stands before the name of every frame in transforms and markers.
     """
 
     def __init__(
@@ -74,8 +75,10 @@ class Views:
         joints: Callable[[], Joints],
         shows_robot: bool,
         robot_time: Callable[[], float],
+        frame_prefix: str = '',
     ) -> None:
         self._node, self._layout, self._joints = node, layout, joints
+        self._prefix = frame_prefix
         self._time = RobotTime(node, robot_time)
         robot = find_robot(layout.robot)
         self._tree = cell_joints(robot, layout) if shows_robot else ()
@@ -146,7 +149,10 @@ class Views:
         if wanted:
             self._changed = False
             stamp = self._node.get_clock().now().to_msg()
-            self._markers.publish(markers(self._scene, self._numbers, stamp))
+            shown = markers(self._scene, self._numbers, stamp)
+            for marker in shown.markers:
+                marker.header.frame_id = self._prefix + marker.header.frame_id
+            self._markers.publish(shown)
 
     # -- transforms ------------------------------------------------------------------------------
 
@@ -165,10 +171,9 @@ class Views:
             fixed.append(self._transform(Joint('', ROOT, frame_name(station)), pose, stamp))
         return fixed
 
-    @staticmethod
-    def _transform(joint: Joint, pose: Pose, stamp: object) -> TransformStamped:
-        msg = TransformStamped(child_frame_id=joint.child)
-        msg.header.frame_id, msg.header.stamp = joint.parent, stamp
+    def _transform(self, joint: Joint, pose: Pose, stamp: object) -> TransformStamped:
+        msg = TransformStamped(child_frame_id=self._prefix + joint.child)
+        msg.header.frame_id, msg.header.stamp = self._prefix + joint.parent, stamp
         shift, turn = msg.transform.translation, msg.transform.rotation
         shift.x, shift.y, shift.z = pose.position
         turn.x, turn.y, turn.z, turn.w = pose.quaternion

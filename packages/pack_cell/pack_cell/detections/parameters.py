@@ -61,3 +61,9 @@ class DetectionParameters:
         low=0.1,
         high=60.0,
     )
+    frame_prefix: str = parameter(
+        '',
+        'Stands before the name of every frame on `/tf`, such as `north/`, where several cells '
+        'share it; frames in the messages of the cell keep their names.',
+        read_only=True,
+    )

@@ -96,7 +96,7 @@ class DetectionScanner(Node):
         parameters = declare_parameters(self, DetectionParameters)
         known = articles(parameters.articles)
         self._tracker = DetectionTracker(parameters, known)
-        self._frames = ScanFrames(self)
+        self._frames = ScanFrames(self, parameters.frame_prefix)
         self._scans = self.create_publisher(BoxScan, 'box_scan', TOPICS['box_scan'])
         self._events = self.create_publisher(BoxEvent, 'box_event', TOPICS['box_event'])
         self.create_subscription(BoxEvent, 'box_event', self._on_event, TOPICS['box_event'])

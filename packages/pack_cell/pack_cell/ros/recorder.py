@@ -53,8 +53,9 @@ class Recorder(Node):
         listener: Listener | None = None,
         context: Context | None = None,
         log: RunLog | None = None,
+        name: str = 'recorder',
     ) -> None:
-        super().__init__('recorder', context=context)
+        super().__init__(name, context=context)
         self.record = record or RunRecord()
         self.problems: list[str] = []
         self._listener: Listener = lambda kind, value: None

@@ -15,7 +15,7 @@ from pack_msgs_py.parameter_fields import Value, check_value, parameter_fields
 T = TypeVar('T')
 
 #: Parameters that rclpy itself puts on every node.
-_BUILT_IN = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
+_BUILT_IN = ('use_sim_time', 'start_type_description_service')
 
 
 def declare_parameters(
@@ -40,6 +40,12 @@ def declare_parameters(
     elsewhere = (*_BUILT_IN, *others)
     overrides = _overrides(node)
     for name in overrides:
+        if name.startswith('qos_overrides.'):
+            msg = (
+                f'parameter {name!r} is not taken: nodes of the cell agree on the quality of '
+                'service of every topic, which docs/interfaces.md lists'
+            )
+            raise ValueError(msg)
         asked = name.startswith(prefix) and not name.startswith(elsewhere)
         if asked and name not in known:
             names = ', '.join(sorted(known))

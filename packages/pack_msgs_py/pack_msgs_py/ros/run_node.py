@@ -9,12 +9,15 @@ from collections.abc import Callable
 from typing import TypeVar
 
 import rclpy
+from rclpy.clock import Clock, ClockType
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.logging import get_logger
 from rclpy.node import Node
 
 SomeNode = TypeVar('SomeNode', bound=Node)
 
+#: So long after its start a node has heard the time, if anybody tells it, seconds.
+CLOCK_S = 3.0
 #: Exit codes: what was asked for cannot be done, and what was begun cannot go on.
 CANNOT_START, FAILED = 2, 1
 
@@ -61,6 +64,22 @@ def run_node(
     sys.exit(code)
 
 
+def warn_without_clock(node: Node) -> None:
+    """Have ``node`` say it when it is to take the time from `/clock`, and nobody tells it there."""
+    if not node.get_parameter('use_sim_time').value:
+        return
+
+    def look() -> None:
+        timer.cancel()
+        if not node.get_clock().now().nanoseconds:
+            node.get_logger().warning(
+                f'use_sim_time is true, and nothing has come on /clock for {CLOCK_S:g} s: time '
+                'stands still, and so does this node; publish /clock, or set use_sim_time to false'
+            )
+
+    timer = node.create_timer(CLOCK_S, look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+
 def _life(
     name: str,
     create: Callable[[], SomeNode],
@@ -81,6 +100,7 @@ def _life(
     node, executor, stopped, code = None, None, True, 0
     try:
         node = create()
+        warn_without_clock(node)
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         executor.spin()

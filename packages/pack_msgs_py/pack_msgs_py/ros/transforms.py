@@ -16,18 +16,20 @@ from pack_msgs_py.ros.conversions.basic import time_from_ros
 #: The frame in which the cell reckons.
 CELL_FRAME = 'cell'
 #: As tf2 listens.
-_TF = QoSProfile(depth=100)
-_TF_STATIC = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+MOVING_FRAMES = QoSProfile(depth=100)
+STATIC_FRAMES = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class ScanFrames:
     """Brings scans into frame `cell`, by what ``node`` hears on `/tf` and `/tf_static`.
 
-    It listens there only once a scan has come in another frame.
+    It listens there only once a scan has come in another frame. Where several cells share one tree
+    of frames that one is called `cell` with ``frame_prefix`` before it.
     """
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: Node, frame_prefix: str = '') -> None:
         self._node = node
+        self._cell = frame_prefix + CELL_FRAME
         self._tree = FrameTree()
         self._listens = False
 
@@ -41,6 +43,8 @@ class ScanFrames:
         """
         if scan.frame_id == CELL_FRAME:
             return scan
+        if scan.frame_id == self._cell:
+            return replace(scan, frame_id=CELL_FRAME)
         frame = self.pose_in_cell(scan.frame_id, scan.stamp_s)
         boxes = tuple(replace(item, pose=composed(frame, item.pose)) for item in scan.boxes)
         velocity = rotated(frame.quaternion, scan.belt_velocity)
@@ -48,16 +52,19 @@ class ScanFrames:
 
     def pose_in_cell(self, frame_id: str, stamp_s: float) -> Pose:
         """Pose of a frame in `cell` at ``stamp_s``; raises as :meth:`in_cell` does."""
-        if frame_id == CELL_FRAME:
+        if frame_id in (CELL_FRAME, self._cell):
             return Pose()
         self._listen()
-        return self._tree.pose_of(frame_id, CELL_FRAME, stamp_s)
+        return self._tree.pose_of(frame_id, self._cell, stamp_s)
 
     def _listen(self) -> None:
         if self._listens:
             return
         self._listens = True
-        for topic, profile, static in (('/tf', _TF, False), ('/tf_static', _TF_STATIC, True)):
+        for topic, profile, static in (
+            ('/tf', MOVING_FRAMES, False),
+            ('/tf_static', STATIC_FRAMES, True),
+        ):
 
             def hear(msg: TFMessage, static: bool = static) -> None:
                 self._hear(msg, static)

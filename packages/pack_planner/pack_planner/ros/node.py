@@ -121,7 +121,7 @@ class PlannerNode(Node):
         self.add_on_set_parameters_callback(self._change)
         self._sequence = 0
         self._scan: Scan | None = None
-        self._frames = ScanFrames(self)
+        self._frames = ScanFrames(self, self.parameters.frame_prefix)
         self._known_bins: dict[str, Bin] = {}
         self._planner: Planner | None = None
         self._follower: Planner | None = None

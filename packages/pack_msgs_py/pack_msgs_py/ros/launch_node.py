@@ -1,0 +1,51 @@
+"""Launch files of single nodes (imports launch, which is there only where they are launched)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def node_launch(package: str, executable: str) -> Any:  # noqa: ANN401 - launch has no types
+    """A description that launches one node, with the arguments that every one of them takes."""
+    from launch import LaunchDescription  # type: ignore[import-not-found]
+    from launch.actions import DeclareLaunchArgument  # type: ignore[import-not-found]
+    from launch.conditions import (  # type: ignore[import-not-found]
+        LaunchConfigurationEquals,
+        LaunchConfigurationNotEquals,
+    )
+    from launch.substitutions import LaunchConfiguration  # type: ignore[import-not-found]
+    from launch_ros.actions import Node  # type: ignore[import-not-found]
+
+    arguments = {
+        'namespace': ('', 'of the node'),
+        'params_file': ('', 'YAML file of parameters'),
+        'use_sim_time': ('false', 'take the time from /clock'),
+        'respawn': ('false', 'start the node again when it has ended'),
+        'log_level': ('info', 'debug, info, warn, error or fatal'),
+    }
+
+    def node(condition: Any, *more: Any) -> Any:  # noqa: ANN401 - launch has no types
+        return Node(
+            package=package,
+            executable=executable,
+            namespace=LaunchConfiguration('namespace'),
+            output='screen',
+            parameters=[*more, {'use_sim_time': LaunchConfiguration('use_sim_time')}],
+            arguments=['--ros-args', '--log-level', LaunchConfiguration('log_level')],
+            respawn=LaunchConfiguration('respawn'),
+            respawn_delay=1.0,
+            condition=condition,
+        )
+
+    return LaunchDescription(
+        [
+            *(
+                DeclareLaunchArgument(name, default_value=default, description=description)
+                for name, (default, description) in arguments.items()
+            ),
+            node(LaunchConfigurationEquals('params_file', '')),
+            node(
+                LaunchConfigurationNotEquals('params_file', ''), LaunchConfiguration('params_file')
+            ),
+        ]
+    )
