@@ -23,6 +23,7 @@ from pack_cell.detections.tracker import DetectionTracker
 from pack_msgs.msg import BoxEvent, BoxScan, PlacementDecision
 from pack_msgs_py.checks import InvalidValue, check_finite
 from pack_msgs_py.geometry.frames import composed
+from pack_msgs_py.one_source import new_session
 from pack_msgs_py.ros.conversions import (
     decision_from_ros,
     event_from_ros,
@@ -35,6 +36,7 @@ from pack_msgs_py.ros.conversions import (
 from pack_msgs_py.ros.declare_parameters import declare_parameters
 from pack_msgs_py.ros.qos import TOPICS
 from pack_msgs_py.ros.run_node import run_node
+from pack_msgs_py.ros.sourced import BELT, SourcedPublisher, Sources
 from pack_msgs_py.ros.transforms import ScanFrames
 from pack_msgs_py.values import Box
 
@@ -97,12 +99,15 @@ class DetectionScanner(Node):
         known = articles(parameters.articles)
         self._tracker = DetectionTracker(parameters, known)
         self._frames = ScanFrames(self, parameters.frame_prefix)
-        self._scans = self.create_publisher(BoxScan, 'box_scan', TOPICS['box_scan'])
-        self._events = self.create_publisher(BoxEvent, 'box_event', TOPICS['box_event'])
-        self.create_subscription(BoxEvent, 'box_event', self._on_event, TOPICS['box_event'])
-        self.create_subscription(
-            PlacementDecision, 'placements', self._on_decision, TOPICS['placements']
-        )
+        session = new_session()
+        self._scans = SourcedPublisher(self, BoxScan, 'box_scan', session)
+        self._events = SourcedPublisher(self, BoxEvent, 'box_event', session)
+        sources = Sources(self, (BELT, session))
+        for kind, topic, take in (
+            (BoxEvent, 'box_event', self._on_event),
+            (PlacementDecision, 'placements', self._on_decision),
+        ):
+            self.create_subscription(kind, topic, sources.checked(topic, take), TOPICS[topic])
         self.create_subscription(
             Detection3DArray, 'detections', self._on_detections, qos_profile_sensor_data
         )
