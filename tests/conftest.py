@@ -8,7 +8,8 @@ from pathlib import Path
 import domain_coordinator
 import pytest
 from cell_process import CellProcess
-from node_group import NodeGroup
+
+from pack_cell.testing import NodeGroup
 
 
 @pytest.fixture

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from node_group import NodeGroup
 
 from pack_cell.report.record import RunRecord
+from pack_cell.testing import NodeGroup
 from pack_msgs_py.codes import BoxEventKind, ErrorCode
 
 pytestmark = pytest.mark.cell

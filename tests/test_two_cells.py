@@ -14,7 +14,7 @@ import pytest
 from rclpy.node import Node
 from tf2_msgs.msg import TFMessage
 
-from pack_cell.running.node_commands import NODES, executable
+from pack_cell.ros.executables import NODES, executable
 from pack_msgs.msg import BoxEvent
 from pack_msgs_py.ros.qos import TOPICS
 from pack_msgs_py.ros.testing import Spinner

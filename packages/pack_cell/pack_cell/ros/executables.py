@@ -7,6 +7,13 @@ from pathlib import Path
 
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 
+#: Node name to (package, executable).
+NODES = {
+    'conveyor': ('conveyor_sim', 'conveyor'),
+    'planner': ('pack_planner', 'planner'),
+    'arm_executor': ('arm_executor', 'arm_executor'),
+}
+
 
 def executable(package: str, name: str) -> Path:
     """Path of an installed node executable; ``FileNotFoundError`` says what to build."""

@@ -9,18 +9,13 @@ import yaml
 
 from pack_cell.files import naming
 from pack_cell.options.run_options import RunOptions
+from pack_cell.ros.executables import NODES as NODES
 from pack_cell.ros.executables import executable
 from pack_cell.running.node_parameters import node_parameters, recorder_parameters
 from pack_cell.running.supervisor import NodeSpec
 
 #: Name of the node that records.
 RECORDER = 'topic_recorder'
-#: Node name to (package, executable).
-NODES = {
-    'conveyor': ('conveyor_sim', 'conveyor'),
-    'planner': ('pack_planner', 'planner'),
-    'arm_executor': ('arm_executor', 'arm_executor'),
-}
 
 
 def write_parameters(folder: Path, options: RunOptions) -> dict[str, Path]:

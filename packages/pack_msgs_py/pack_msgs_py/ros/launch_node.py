@@ -7,14 +7,14 @@ from typing import Any
 
 def node_launch(package: str, executable: str) -> Any:  # noqa: ANN401 - launch has no types
     """A description that launches one node, with the arguments that every one of them takes."""
-    from launch import LaunchDescription  # type: ignore[import-not-found]
-    from launch.actions import DeclareLaunchArgument  # type: ignore[import-not-found]
-    from launch.conditions import (  # type: ignore[import-not-found]
+    from launch import LaunchDescription
+    from launch.actions import DeclareLaunchArgument
+    from launch.conditions import (
         LaunchConfigurationEquals,
         LaunchConfigurationNotEquals,
     )
-    from launch.substitutions import LaunchConfiguration  # type: ignore[import-not-found]
-    from launch_ros.actions import Node  # type: ignore[import-not-found]
+    from launch.substitutions import LaunchConfiguration
+    from launch_ros.actions import Node
 
     arguments = {
         'namespace': ('', 'of the node'),

@@ -14,8 +14,9 @@ from pathlib import Path
 from diagnostic_msgs.msg import DiagnosticArray
 
 from pack_cell.report.record import RunRecord
+from pack_cell.ros.executables import NODES, executable
 from pack_cell.ros.recorder import Recorder
-from pack_cell.running.node_commands import NODES, executable
+from pack_msgs_py.codes import BoxEventKind
 from pack_msgs_py.ros.testing import Spinner
 
 LOOK_AGAIN_S = 0.2
@@ -37,11 +38,16 @@ class NodeGroup:
         self._spinner.add(self.recorder)
 
     def start(self, name: str, **parameters: object) -> None:
-        """Start a node; without parameters those of the last time hold."""
+        """Start a node of the cell; without parameters those of the last time hold."""
         given = [f'{key}:={value}' for key, value in parameters.items()]
+        self._parameters.setdefault(name, [])
         if given:
             self._parameters[name] = [word for pair in given for word in ('-p', pair)]
-        program = [str(executable(*NODES[name])), '--ros-args', *self._parameters[name]]
+        program = [
+            str(executable(*NODES.get(name, ('pack_cell', name)))),
+            '--ros-args',
+            *self._parameters[name],
+        ]
         self._launch(name, program)
 
     def run(self, name: str, code: str) -> None:
@@ -72,6 +78,14 @@ class NodeGroup:
             while not (met := condition(self.record)) and time.monotonic() < end:
                 self._changed.wait(LOOK_AGAIN_S)
         assert met, f'not within {seconds} s:\n{self.text()}'
+
+    def placed(self) -> int:
+        """How many boxes rest in bins."""
+        return self.record.count(BoxEventKind.PLACED)
+
+    def wait_for_end(self, seconds: float) -> None:
+        """Wait until every box of the stream is accounted for."""
+        self.wait_until(lambda record: record.complete() and record.all_reported(), seconds)
 
     def seen(self, key: str) -> float:
         """A number of the conveyor's diagnostics; 0 before the first."""
