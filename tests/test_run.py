@@ -9,6 +9,7 @@ import pytest
 from run_checks import TIMED, StartCell, assert_every_box_in_one_place, assert_rules_hold, replay
 
 from pack_msgs_py.orientation import oriented_size
+from conveyor_sim.streams import load_boxes
 
 pytestmark = pytest.mark.cell
 
@@ -89,6 +90,23 @@ def test_bad_rows_of_a_box_file_are_rejected_and_the_rest_is_packed(
     assert (summary['lost'], summary['unaccounted']) == (0, 0), summary['problems']
     reasons = {row['reason'].split(':')[0] for row in cell.placements() if row['reason']}
     assert reasons == {'invalid_data', 'oversize', 'overweight'}
+
+
+def test_names_are_literal_and_a_box_file_that_is_deleted_changes_nothing(
+    start_cell: StartCell, tmp_path: Path
+) -> None:
+    names = ['box[1]', '[red]A', 'KARTON[/2]', 'lot:key:12', '=1+1']
+    path = tmp_path / 'boxes [red].csv'
+    rows = ''.join(f'{name},300,200,150,2\n' for name in names)
+    path.write_text('id,length_mm,width_mm,height_mm,weight_kg\n' + rows)
+    cell = start_cell('--boxes', str(path), *TIMED)
+    cell.wait_for_placements(1, seconds=240)
+    path.unlink()
+    assert cell.wait() == 0, cell.text()
+    assert all(name in cell.text() for name in names)
+    assert [row['box_id'] for row in cell.placements() if row['outcome'] == 'placed']
+    boxes, rejected = load_boxes(f'run:{cell.out}')
+    assert ([box.id for box in boxes], rejected) == (names, [])
 
 
 def test_nothing_moves_when_no_deadline_can_be_met_and_the_reason_is_told(
