@@ -12,7 +12,13 @@ from hypothesis import strategies as st
 from arm_executor.model.kinematics import BRANCHES, CellKinematics, forward, inverse, quaternions_of
 from arm_executor.model.layout import Layout, Rail
 from arm_executor.model.robot_data import ROBOTS, find_robot
-from arm_executor.model.tree import CELL_JOINT_NAMES, LINKS, cell_joints
+from arm_executor.model.tree import (
+    BARE_FRAMES,
+    CELL_JOINT_NAMES,
+    LINKS,
+    cell_joints,
+    described_joints,
+)
 from arm_executor.model.urdf import cell_urdf
 from pack_msgs_py.geometry.pose import rotation_matrix
 
@@ -160,19 +166,57 @@ def test_every_link_could_exist(name):
         assert most <= least + middle
 
 
-@pytest.mark.parametrize('name', ROBOTS)
-@settings(max_examples=30, deadline=None)
-@given(rail=st.floats(-2.4, 2.4), angles=ANGLES)
-def test_transforms_of_the_tree_lead_to_the_pad(name, rail, angles):
-    robot, layout = ROBOTS[name], Layout(rail=Rail(base_height=1.1))
-    q = [rail, *angles]
-    pose = np.eye(4)
-    for joint in cell_joints(robot, layout):
+def frames(joints, q):
+    """Pose (4, 4) of every frame in `cell`."""
+    poses = {'cell': np.eye(4)}
+    for joint in joints:
         step = np.eye(4)
         moved = joint.transform(q)
         step[:3, :3], step[:3, 3] = rotation_matrix(moved.quaternion), moved.position
-        pose = pose @ step
+        poses[joint.child] = poses[joint.parent] @ step
+    return poses
+
+
+@pytest.mark.parametrize('joints', [cell_joints, described_joints])
+@pytest.mark.parametrize('name', ROBOTS)
+@settings(max_examples=30, deadline=None)
+@given(rail=st.floats(-2.4, 2.4), angles=ANGLES)
+def test_transforms_of_the_tree_lead_to_the_pad(joints, name, rail, angles):
+    robot, layout = ROBOTS[name], Layout(rail=Rail(base_height=1.1))
+    q = [rail, *angles]
+    pose = frames(joints(robot, layout), q)['tcp']
     assert np.abs(pose - CellKinematics(robot, layout).tool(q)[0]).max() < 1e-9
+
+
+def test_frames_lie_as_in_the_description_of_universal_robots():
+    """UR20 of ur_description: default_kinematics.yaml and ur_macro.xacro, all joints at 0."""
+    seen = frames(described_joints(ROBOTS['ur20'], Layout()), np.zeros(7))
+    in_base = {name: np.linalg.inv(seen['base_link']) @ pose for name, pose in seen.items()}
+    # base_link and base face away from each other; base_link_inertia lies as base does
+    half_turn = np.diag([-1.0, -1.0, 1.0, 1.0])
+    assert in_base['base'] == pytest.approx(half_turn, abs=1e-9)
+    assert in_base['base_link_inertia'] == pytest.approx(half_turn, abs=1e-9)
+    reach = 0.8620 + 0.7287
+    places = {
+        'shoulder_link': (0.0, 0.0, 0.2363), 'upper_arm_link': (0.0, 0.0, 0.2363),
+        'forearm_link': (0.8620, 0.0, 0.2363), 'wrist_1_link': (reach, 0.2010, 0.2363),
+        'wrist_2_link': (reach, 0.2010, 0.2363 - 0.1593),
+        'wrist_3_link': (reach, 0.2010 + 0.1543, 0.2363 - 0.1593),
+    }  # fmt: skip
+    for name, place in places.items():
+        assert in_base[name][:3, 3] == pytest.approx(place, abs=1e-4), name
+    # tool0 is wrist_3_link, with z out of the flange, whose own x points there (REP 199)
+    assert seen['tool0'] == pytest.approx(seen['wrist_3_link'], abs=1e-9)
+    assert seen['flange'][:3, 0] == pytest.approx(seen['tool0'][:3, 2], abs=1e-9)
+    assert in_base['tool0'][:3, 2] == pytest.approx((0.0, 1.0, 0.0), abs=1e-9)
+
+
+def test_the_description_has_every_frame_of_a_ur_and_physics_only_what_has_a_shape():
+    described = cell_urdf(ROBOTS['ur20'], Layout(), described=True)
+    for name in (*LINKS, *BARE_FRAMES):
+        assert described.count(f'<link name="{name}"') == 1
+    bare = cell_urdf(ROBOTS['ur20'], Layout())
+    assert not any(f'<link name="{name}"' in bare for name in BARE_FRAMES)
 
 
 def test_unknown_robot_lists_the_known_ones():

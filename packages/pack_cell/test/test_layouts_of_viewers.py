@@ -11,7 +11,7 @@ import yaml
 
 from arm_executor.model.layout import Layout
 from arm_executor.model.robot_data import ROBOTS
-from arm_executor.model.tree import ROOT, cell_joints
+from arm_executor.model.tree import ROOT, described_joints
 from pack_msgs_py.ros import qos
 from pack_msgs_py.values import STATIONS, frame_name
 
@@ -20,7 +20,7 @@ FRAMES = {
     ROOT,
     'belt',
     *(frame_name(station) for station in STATIONS),
-    *(joint.child for joint in cell_joints(ROBOTS['ur20'], Layout())),
+    *(joint.child for joint in described_joints(ROBOTS['ur20'], Layout())),
 }
 TOPICS = {
     '/robot_description',

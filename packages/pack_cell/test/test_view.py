@@ -212,9 +212,9 @@ def test_the_drawn_robot_stands_like_the_one_that_is_planned_with(positions):
 
 def test_every_link_with_a_shape_hangs_on_the_robot():
     robot = read_urdf(urdf())
-    assert {shape.link for shape in robot.shapes} > {'carriage', 'forearm', 'tool'}
+    assert {shape.link for shape in robot.shapes} > {'carriage', 'forearm_link', 'tool'}
     assert all(robot.path(shape.link).startswith('/carriage') for shape in robot.shapes)
-    assert robot.path('tcp').endswith('/wrist_3/tool/tcp')
+    assert robot.path('tcp').endswith('/wrist_3_link/flange/tool0/tool/tcp')
 
 
 @pytest.mark.parametrize(

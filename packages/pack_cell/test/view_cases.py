@@ -27,7 +27,7 @@ class Clock:
 
 
 def urdf() -> str:
-    return cell_urdf(ROBOTS['ur20'], Layout())
+    return cell_urdf(ROBOTS['ur20'], Layout(), described=True)
 
 
 def new_view(clock: Clock | None = None) -> CellView:

@@ -1,6 +1,7 @@
 """The robot's URDF, made of cylinders, spheres and boxes from published parameters.
 
-One text serves physics, collision checks, dynamics and ``robot_description``. Inertias of carriage,
+One text serves physics, collision checks and dynamics; ``robot_description`` has the frames of
+Universal Robots besides. Inertias of carriage,
 base and mast are estimated from their shapes; those of the arm are in
 :mod:`arm_executor.model.inertias`.
 """
@@ -13,19 +14,19 @@ from dataclasses import dataclass
 from arm_executor.model.inertias import LinkInertia
 from arm_executor.model.layout import Layout
 from arm_executor.model.robot_data import RobotModel
-from arm_executor.model.tree import LINKS, Joint, cell_joints
+from arm_executor.model.tree import BARE_FRAMES, LINKS, Joint, cell_joints, described_joints
 from pack_msgs_py.values import Vec3
 
 _GREY, _BLUE = '0.78 0.80 0.82 1', '0.25 0.52 0.80 1'
 _BLACK, _STEEL = '0.1 0.1 0.1 1', '0.40 0.42 0.45 1'
 _COLOURS = {
-    'base_link': _GREY,
-    'shoulder': _BLUE,
-    'upper_arm': _GREY,
-    'forearm': _GREY,
-    'wrist_1': _BLUE,
-    'wrist_2': _BLUE,
-    'wrist_3': _GREY,
+    'base_link_inertia': _GREY,
+    'shoulder_link': _BLUE,
+    'upper_arm_link': _GREY,
+    'forearm_link': _GREY,
+    'wrist_1_link': _BLUE,
+    'wrist_2_link': _BLUE,
+    'wrist_3_link': _GREY,
     'tool': _BLACK,
     'carriage': _STEEL,
 }
@@ -53,30 +54,35 @@ def robot_capsules(robot: RobotModel) -> tuple[Capsule, ...]:
     out, elbow = robot.shoulder_offset, robot.elbow_offset
     zero = (0.0, 0.0, 0.0)
     return (
-        Capsule('base_link', zero, (0.0, 0.0, robot.d1 - 0.06), shoulder),
-        Capsule('shoulder', zero, (0.0, -out, 0.0), upper),
-        Capsule('upper_arm', (0.0, 0.0, out), (robot.a2, 0.0, out), upper),
-        Capsule('forearm', (0.0, 0.0, out - 0.02), (0.0, 0.0, elbow), forearm),
-        Capsule('forearm', (0.0, 0.0, elbow), (robot.a3, 0.0, elbow), forearm),
-        Capsule('wrist_1', (0.0, 0.0, elbow - robot.d4), zero, wrist_1),
-        Capsule('wrist_2', (0.0, 0.0, -robot.d5), zero, wrist_2),
-        Capsule('wrist_3', (0.0, 0.0, -robot.d6), (0.0, 0.0, -0.03), wrist_3),
+        Capsule('base_link_inertia', zero, (0.0, 0.0, robot.d1 - 0.06), shoulder),
+        Capsule('shoulder_link', zero, (0.0, -out, 0.0), upper),
+        Capsule('upper_arm_link', (0.0, 0.0, out), (robot.a2, 0.0, out), upper),
+        Capsule('forearm_link', (0.0, 0.0, out - 0.02), (0.0, 0.0, elbow), forearm),
+        Capsule('forearm_link', (0.0, 0.0, elbow), (robot.a3, 0.0, elbow), forearm),
+        Capsule('wrist_1_link', (0.0, 0.0, elbow - robot.d4), zero, wrist_1),
+        Capsule('wrist_2_link', (0.0, 0.0, -robot.d5), zero, wrist_2),
+        Capsule('wrist_3_link', (0.0, 0.0, -robot.d6), (0.0, 0.0, -0.03), wrist_3),
     )
 
 
-def cell_urdf(robot: RobotModel, layout: Layout) -> str:
-    """URDF of ``arm`` on the rail of ``layout`` with its suction mast."""
+def cell_urdf(robot: RobotModel, layout: Layout, *, described: bool = False) -> str:
+    """URDF of ``robot`` on the rail of ``layout`` with its suction mast.
+
+    ``described`` : with the frames that have no shape, for ``robot_description``.
+    """
+    joints = described_joints(robot, layout) if described else cell_joints(robot, layout)
     parts = [f'<robot name="{robot.name}_cell">', '<link name="cell"/>', _carriage(layout)]
     parts += [_link(robot, index) for index in range(len(LINKS))]
     parts += [_tool(layout), f'<link name="tcp">{_inertial(_WEIGHTLESS)}</link>']
-    parts += [_joint(joint, robot, layout) for joint in cell_joints(robot, layout)]
+    parts += [f'<link name="{name}"/>' for name in BARE_FRAMES if described]
+    parts += [_joint(joint, robot, layout) for joint in joints]
     parts.append('</robot>')
     return '<?xml version="1.0"?>\n' + '\n'.join(parts) + '\n'
 
 
 def _joint(joint: Joint, robot: RobotModel, layout: Layout) -> str:
     ends = f'<parent link="{joint.parent}"/><child link="{joint.child}"/>'
-    origin = f'<origin xyz="{_text(joint.xyz)}" rpy="{joint.roll:.12f} 0 0"/>'
+    origin = f'<origin xyz="{_text(joint.xyz)}" rpy="{_turn(joint.rpy)}"/>'
     if joint.index is None:
         return f'<joint name="{joint.name}" type="fixed">{ends}{origin}</joint>'
     if joint.index == 0:
@@ -91,6 +97,10 @@ def _joint(joint: Joint, robot: RobotModel, layout: Layout) -> str:
         f'<limit lower="{low:.9g}" upper="{high:.9g}" effort="{effort:g}" '
         f'velocity="{speed:.9g}"/></joint>'
     )
+
+
+def _turn(rpy: Vec3) -> str:
+    return ' '.join(f'{angle:.12f}' if angle else '0' for angle in rpy)
 
 
 def joint_limit(index: int) -> float:

@@ -60,7 +60,9 @@ class QuickWorld:
         self._base_height = layout.rail.base_height
         moving = [joint for joint in cell_joints(robot, layout) if joint.index]
         self._offsets = np.array([joint.xyz for joint in moving])
-        self._rolls = np.array([(math.cos(joint.roll), math.sin(joint.roll)) for joint in moving])
+        self._rolls = np.array(
+            [(math.cos(joint.rpy[0]), math.sin(joint.rpy[0])) for joint in moving]
+        )
         tool, radius = layout.tool, layout.rail.pedestal_radius
         bars = [(LINKS.index(c.link), c.start, c.end, c.radius) for c in robot_capsules(robot)]
         arm = len(bars)

@@ -25,7 +25,7 @@ from visualization_msgs.msg import MarkerArray
 from arm_executor.bins.book import BookState
 from arm_executor.model.layout import Layout, bin_frame
 from arm_executor.model.robot_data import find_robot
-from arm_executor.model.tree import ROOT, Joint, cell_joints
+from arm_executor.model.tree import ROOT, Joint, cell_joints, described_joints
 from arm_executor.model.urdf import cell_urdf
 from arm_executor.ros.markers import MarkerNumbers, Scene, markers
 from arm_executor.ros.robot_time import RobotTime
@@ -81,11 +81,11 @@ class Views:
         self._prefix = frame_prefix
         self._time = RobotTime(node, robot_time)
         robot = find_robot(layout.robot)
-        self._tree = cell_joints(robot, layout) if shows_robot else ()
+        self._tree = described_joints(robot, layout) if shows_robot else ()
         self._last: Joints = ((), ())
         self._last_s = 0.0
         self._rested = 0
-        self._scene = Scene(layout, self._tree)
+        self._scene = Scene(layout, cell_joints(robot, layout) if shows_robot else ())
         self._numbers = MarkerNumbers()
         self._changed = True
         self._watchers = 0
@@ -95,7 +95,7 @@ class Views:
         self._description = node.create_publisher(String, 'robot_description', qos.STATE)
         self._markers = node.create_publisher(MarkerArray, '~/markers', qos.STATE)
         if shows_robot:
-            self._description.publish(String(data=cell_urdf(robot, layout)))
+            self._description.publish(String(data=cell_urdf(robot, layout, described=True)))
         self._static.publish(TFMessage(transforms=self._fixed(spec)))
         node.create_timer(JOINTS_PERIOD_S, self._show_joints)
         node.create_timer(MARKERS_PERIOD_S, self._show_markers)
