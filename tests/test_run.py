@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from run_checks import TIMED, StartCell, assert_every_box_in_one_place, assert_rules_hold, replay
 
-from pack_msgs_py.orientation import oriented_size
 from conveyor_sim.streams import load_boxes
+from pack_msgs_py.orientation import oriented_size
 
 pytestmark = pytest.mark.cell
 
