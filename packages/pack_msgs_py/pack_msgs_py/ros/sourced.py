@@ -105,7 +105,7 @@ class Sources:
         age_s = 1e-9 * self._node.get_clock().now().nanoseconds - stamp_s
         if age_s < -AHEAD_S:
             return (
-                f'{topic} left out: its stamp is {-age_s:.1f} s ahead, at most {AHEAD_S:g} s will '
+                f'{topic} ignored: its stamp is {-age_s:.1f} s ahead, at most {AHEAD_S:g} s will '
                 'do; do the clocks agree?'
             )
         if topic in FRESH and age_s > LATE_S:
