@@ -274,13 +274,13 @@ def test_a_measured_pose_may_be_lower_than_planned_by_what_was_rounded_up(make_c
             x, y, z = request.target.position
             layer = round((z - 0.0753) / 0.151)
             sunk = type(request.target)((x, y, 0.0752 + 0.1504 * layer))
-            self._contents[request.station][request.box.id] = sunk
+            self._bins.poses[request.station][request.box.id] = sunk
             return type(result)(
                 result.code,
                 '',
                 result.motion_s,
                 sunk,
-                self._contents[request.station],
+                self._bins.poses[request.station],
                 0.0,
                 result.split_s,
             )

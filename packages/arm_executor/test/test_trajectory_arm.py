@@ -24,7 +24,10 @@ from arm_executor.arms.kind import ArmSetup
 from arm_executor.arms.trajectory.arm import TrajectoryArm
 from arm_executor.arms.trajectory.parameters import TrajectoryParameters
 from arm_executor.model.arm_interface import MotionError
+from arm_executor.model.kinematics import CellKinematics
 from arm_executor.model.layout import Layout, LayoutError
+from arm_executor.model.robot_data import find_robot
+from arm_executor.motion.timing import Load, MotionLimits, Timing
 from arm_executor.ros.node import ArmExecutor
 from arm_executor.ros.robot_link import RosRobotLink
 from pack_msgs.action import PlaceBox
@@ -148,6 +151,25 @@ def test_a_cancelled_box_goes_back_to_the_belt(cell, kind):
     assert place(bench).error_code == ErrorCode.NONE
 
 
+def test_a_stop_is_a_trajectory_that_the_load_bears(cell):
+    heavy = make_box(size_mm=(396.0, 296.0, 250.0), weight_kg=15.0)
+    bench = cell(robot={'speed': 1.0}, speed=1.0)
+    handle = begin(bench, heavy)
+    bench.wait_phase(PHASE.PHASE_LOWERING)
+    bench.cancel(handle)
+    assert bench.result(handle)[1].error_code == ErrorCode.CANCELED
+    _, carried, ramp, back, *_ = bench.robot.controllers[0].goals
+    assert back.trajectory.points[-1] != ramp.trajectory.points[-1]
+    times = [seconds(point.time_from_start) for point in ramp.trajectory.points]
+    assert len(times) < len(carried.trajectory.points) and times[-1] < 1.5
+    assert not any(ramp.trajectory.points[-1].velocities)
+    q = np.array([[0.0, *point.positions] for point in ramp.trajectory.points])
+    pad = CellKinematics(find_robot('ur20'), FIXED).tool(q)[:, :3, 3]
+    load = Load(15.0, (0.396, 0.296, 0.25))
+    directions, most = Timing(find_robot('ur20'), FIXED, MotionLimits()).tool_limits(load)
+    assert (np.diff(pad, 2, axis=0) / 0.02**2 @ directions.T <= most * 1.1 + 0.2).all()
+
+
 def test_a_controller_that_is_busy_ends_the_goal_before_anything_moves(cell):
     bench = cell(
         robot={'kind': 'passthrough'},
@@ -224,6 +246,16 @@ def test_a_lost_vacuum_is_a_lost_box(cell):
     assert 'the vacuum was lost after' in result.error_msg
     assert bench.events(BOX.id) == ['PICKED', 'LOST']
     assert bench.robot.controllers[0].running is None
+
+
+def test_an_arm_whose_pad_holds_something_at_the_start_does_not_begin(robot_of, spinners):
+    robot = robot_of()
+    robot._switch(True)
+    node = rclpy.create_node('executor', context=spinners[0].context)
+    link = RosRobotLink(node, TrajectoryParameters(), 0.0, 1.0)
+    spinners[0].add(node, link.close)
+    with pytest.raises(MotionError, match='the vacuum holds something'):
+        TrajectoryArm(ArmSetup(FIXED, link=link))
 
 
 def test_a_box_that_the_pad_does_not_get_stays_on_the_belt(cell):

@@ -38,7 +38,8 @@ from arm_executor.goals.place_goal import PlaceGoal
 from arm_executor.goals.placing import Placing, Tools
 from arm_executor.goals.plan_cache import PlanCache
 from arm_executor.goals.reports import refusal_report
-from arm_executor.model.arm_interface import Arm, ClockedArm, WatchedArm
+from arm_executor.model.arm_interface import Arm, ClockedArm, MotionError, WatchedArm
+from arm_executor.model.layout import LayoutError
 from arm_executor.parameters import ExecutorSettings
 from pack_msgs_py.cell_values import Scan
 from pack_msgs_py.codes import ErrorCode, Mode
@@ -303,7 +304,10 @@ class ExecutorCore:
             self._in_world = tuple(bin_.serial for bin_ in state.bins)
         except Exception as error:
             self._fault = f'cannot start: {error}'
-            self._emit(Failed(f'cannot start: {error}\n{traceback.format_exc()}'))
+            # What an arm says of its cell is enough; anything else is a fault of the code.
+            told = isinstance(error, (MotionError, LayoutError))
+            trace = '' if told else f'\n{traceback.format_exc()}'
+            self._emit(Failed(f'cannot start: {error}{trace}'))
             return
         for attempt in recovery.returned:
             text = f'box {attempt.placed.box.id!r} was in the gripper: returned'

@@ -88,6 +88,12 @@ class TrajectoryArm:
         _check_rail(self._layout, self._own)
         self._link: RobotLink = setup.link
         self._link.connect()
+        if self._link.vacuum_holds():
+            msg = (
+                'the vacuum holds something, and no book says what: take it off by hand, switch '
+                'the vacuum off at the driver, and start again'
+            )
+            raise MotionError(ErrorCode.START_STATE_INVALID, msg)
         self._bins = KnownBins()
         jerk = USUAL_JERK if setup.joint_jerk is None else setup.joint_jerk
         self._planning = KnownPlanning(
