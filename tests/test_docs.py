@@ -49,7 +49,7 @@ def test_the_parameter_file_of_a_node_holds_every_default(package: str) -> None:
 @pytest.mark.parametrize('topic', TOPICS)
 def test_every_topic_is_in_the_readme_of_the_messages_and_of_a_node(topic: str) -> None:
     assert f'`{topic}`' in readme('pack_msgs')
-    assert any(f'`{topic}`' in readme(package) for package in NODES)
+    assert any(f'`{topic}`' in readme(package) for package in [*NODES, 'pack_cell'])
 
 
 @pytest.mark.parametrize('topic', TOPICS)

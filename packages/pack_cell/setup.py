@@ -40,6 +40,7 @@ setup(
         'PyYAML',
         'rich',
         'scipy',
+        'shtab',
         'trimesh',
         'viser',
         'websockets',
@@ -55,7 +56,8 @@ setup(
     license='Apache-2.0',
     entry_points={
         'console_scripts': [
-            'cell = pack_cell.cli:main',
+            'cell = pack_cell.__main__:main',
+            'cell_monitor = pack_cell.ros.cell_monitor:main',
             'detection_scanner = pack_cell.ros.detection_scanner:main',
             'end_of_stream = pack_cell.ros.end_of_stream:main',
             'recorder = pack_cell.ros.recorder:main',

@@ -148,6 +148,13 @@ class ExecutorParameters:
         high=3600.0,
         read_only=True,
     )
+    acknowledge: str = parameter(
+        'operator',
+        'Who acknowledges an alarm before the arm moves again: an `operator`, or the cell '
+        '`itself`, where nobody stands by, as in a simulation.',
+        choices=('operator', 'itself'),
+        read_only=True,
+    )
     state_dir: str = parameter(
         '', 'Folder of the journal; empty keeps it in memory.', read_only=True
     )
@@ -171,6 +178,7 @@ class ExecutorSettings:
     speed: float = 1.0
     tilt_time_s: float = TILT_TIME_S
     pick_area: PickArea = field(default_factory=PickArea)
+    acknowledges_itself: bool = False
 
     @property
     def counts(self) -> bool:
@@ -214,4 +222,5 @@ def settings_from(
         watchdog_s=parameters.watchdog_s / (min(1.0, parameters.speed) or 1.0),
         speed=parameters.speed,
         tilt_time_s=parameters.tilt_time,
+        acknowledges_itself=parameters.acknowledge == 'itself',
     )

@@ -19,6 +19,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from pack_msgs.action import PlaceBox
 from pack_msgs.msg import (
+    AlarmArray,
     BinState,
     BinStateArray,
     BoxEvent,
@@ -26,7 +27,14 @@ from pack_msgs.msg import (
     ExecutorState,
     PlacementReport,
 )
-from pack_msgs.srv import CheckPlacements, CutOff, SwapBin
+from pack_msgs.srv import (
+    CheckPlacements,
+    CutOff,
+    InsertPlacedBox,
+    Operate,
+    RemoveBox,
+    SwapBin,
+)
 from pack_msgs_py.ros import conversions, qos
 
 #: Nothing takes that long, also on a busy machine.
@@ -39,6 +47,7 @@ TOPICS = {
     'bin_closed': BinState,
     'placement_report': PlacementReport,
     'executor_state': ExecutorState,
+    'alarms': AlarmArray,
 }
 
 
@@ -63,6 +72,9 @@ class ExecutorBench:
             'pause': self.node.create_client(SetBool, 'arm_executor/pause'),
             'stop': self.node.create_client(Trigger, 'arm_executor/stop'),
             'reset': self.node.create_client(Trigger, 'arm_executor/reset'),
+            'operate': self.node.create_client(Operate, 'arm_executor/operate'),
+            'insert_box': self.node.create_client(InsertPlacedBox, 'arm_executor/insert_box'),
+            'remove_box': self.node.create_client(RemoveBox, 'arm_executor/remove_box'),
         }
         self.feedback = []
         self.sequence = 0
@@ -175,6 +187,12 @@ class ExecutorBench:
         client = self._services[service]
         assert client.wait_for_service(TIMEOUT_S), f'no service {service}'
         return self._await(client.call_async(request), f'answer of {service}')
+
+    def operate(self, command, bin_id='', who='anna', why='a test'):
+        """(success, message) of an operator's command."""
+        request = Operate.Request(command=int(command), bin_id=bin_id, who=who, why=why)
+        answer = self.call('operate', request)
+        return answer.success, answer.message
 
     def _await(self, future, what):
         done = threading.Event()

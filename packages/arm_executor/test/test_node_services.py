@@ -11,9 +11,11 @@ from std_srvs.srv import SetBool, Trigger
 
 from pack_msgs.action import PlaceBox
 from pack_msgs.msg import ExecutorState
-from pack_msgs.srv import CheckPlacements, CutOff
-from pack_msgs_py.codes import ErrorCode
+from pack_msgs.srv import CheckPlacements, CutOff, InsertPlacedBox, RemoveBox
+from pack_msgs_py.codes import BinStatus, Command, ErrorCode, Reason
+from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.ros import conversions
+from pack_msgs_py.values import PlacedBox
 
 pytestmark = pytest.mark.ros
 
@@ -58,7 +60,7 @@ def test_a_paused_executor_refuses_goals_until_it_goes_on(start):
     box = make_box()
     bench.show(box, presented=box.id)
     assert bench.call('pause', SetBool.Request(data=True)).success
-    bench.wait_mode(ExecutorState.MODE_INACTIVE)
+    bench.wait_mode(ExecutorState.MODE_PAUSED)
     assert bench.place(make_decision(box))[1].error_code == ErrorCode.NOT_ACTIVE
     bench.call('pause', SetBool.Request(data=False))
     assert bench.place(make_decision(box))[1].error_code == ErrorCode.NONE
@@ -112,9 +114,8 @@ def test_a_protective_stop_on_request_stands_until_the_reset(start):
     bench.wait_phase(PlaceBox.Feedback.PHASE_TRANSFERRING)
     assert bench.call('stop', Trigger.Request()).success
     _, result = bench.result(handle)
-    assert (result.error_code, result.error_msg) == (
-        ErrorCode.PROTECTIVE_STOP, 'stopped by the operator'
-    )  # fmt: skip
+    assert result.error_code == ErrorCode.PROTECTIVE_STOP
+    assert result.error_msg.startswith('stopped by a service call (since ')
     bench.wait_mode(ExecutorState.MODE_PROTECTIVE_STOP)
     assert bench.call('reset', Trigger.Request()).success
     assert bench.events(box.id) == ['PICKED', 'RETURNED']
@@ -154,3 +155,79 @@ def test_a_bin_that_is_cut_off_while_a_box_is_on_its_way_into_it_waits_for_that_
     (last,) = bench.of('bin_closed')[1].boxes
     assert last.box.id == box.id
     bench.wait(lambda: all(b.destination == 'south' for b in bench.bins().bins), 'bins for south')
+
+
+def test_an_operator_says_who_and_why_and_the_heartbeat_repeats_it(start):
+    bench = start()
+    box = make_box()
+    bench.show(box, presented=box.id)
+    assert bench.operate(Command.PAUSE, why='lunch') == (True, 'the arm is paused')
+    bench.wait_mode(ExecutorState.MODE_PAUSED)
+    message = bench.of('executor_state')[-1].message
+    assert message.startswith('PAUSED by anna (since ') and message.endswith('): lunch')
+    refused, text = bench.operate(Command.PAUSE, who='ben')
+    assert not refused and 'PAUSED by anna' in text and 'cell resume' in text
+    assert bench.place(make_decision(box))[1].error_code == ErrorCode.NOT_ACTIVE
+    assert bench.operate(Command.RESUME) == (True, 'the arm goes on')
+    assert bench.operate(Command.RESUME) == (False, 'the arm is not paused: its mode is IDLE')
+    assert bench.place(make_decision(box))[1].error_code == ErrorCode.NONE
+
+
+def test_a_lost_box_is_an_alarm_on_its_topic_until_an_operator_acknowledges_it(start):
+    bench = start(faults={'box-1': ErrorCode.BOX_LOST})
+    box, following = make_box(1), make_box(2)
+    bench.show(box, following, presented=box.id)
+    assert bench.place(make_decision(box))[1].error_code == ErrorCode.BOX_LOST
+    bench.wait_mode(ExecutorState.MODE_ALARM)
+    bench.wait(lambda: bench.of('alarms') and bench.of('alarms')[-1].alarms, 'an alarm')
+    (alarm,) = bench.of('alarms')[-1].alarms
+    assert (alarm.code, alarm.box_id, alarm.severity) == ('BOX_LOST', box.id, 2)
+    bench.wait(
+        lambda: any(
+            msg.status[0].message.startswith('BOX_LOST') for msg in bench.of('/diagnostics')
+        ),
+        'diagnosis',
+    )
+    assert bench.operate(Command.ACKNOWLEDGE) == (True, 'acknowledged: BOX_LOST')
+    bench.wait(lambda: not bench.of('alarms')[-1].alarms, 'the end of the alarm')
+    bench.wait_mode(ExecutorState.MODE_IDLE)
+
+
+def test_a_held_bin_is_shown_as_held_and_a_closed_one_is_gone(start):
+    bench = start()
+    assert bench.operate(Command.HOLD_BIN, 'A')[0]
+    bench.wait(lambda: bench.of('bin_state')[-1].bins[0].status == BinStatus.HELD, 'a held bin')
+    assert [bin_.id for bin_ in bench.bins().bins] == ['LDC-2']
+    assert bench.operate(Command.RELEASE_BIN, 'LDC-1')[0]
+    success, text = bench.operate(Command.CLOSE_BIN, 'B')
+    assert success and text.endswith('station B stays empty until: cell swap B')
+    bench.wait(lambda: [bin_.id for bin_ in bench.bins().bins] == ['LDC-1'], 'one bin')
+    assert [closed.bin_id for closed in bench.of('bin_closed')] == ['LDC-2']
+
+
+def test_a_box_put_in_by_hand_and_one_taken_out_are_told_to_all(start):
+    bench = start()
+    box = make_box()
+    placed = conversions.placed_box_to_ros(
+        PlacedBox(box, (0, 0, 0), (300, 200, 150)), Pose((0.15, 0.1, 0.075))
+    )
+    insert = InsertPlacedBox.Request(bin_id='A', placed=placed, who='anna', why='was short')
+    refused = bench.call('insert_box', insert)
+    assert not refused.success and 'cell pause' in refused.message
+    bench.operate(Command.PAUSE)
+    assert bench.call('insert_box', insert).success
+    bench.wait(lambda: bench.events(box.id) == ['PLACED'], 'PLACED')
+    assert bench.of('box_event')[-1].reason == Reason.OPERATOR
+    bench.wait(lambda: bench.bins().bins[0].boxes, 'the box in its bin')
+    assert bench.call('remove_box', RemoveBox.Request(box_id=box.id)).success
+    bench.wait(lambda: bench.events(box.id) == ['PLACED', 'REJECTED'], 'REJECTED')
+    bench.wait(lambda: not bench.bins().bins[0].boxes, 'an empty bin')
+
+
+@pytest.mark.parametrize(
+    ('command', 'said'),
+    [(99, 'command 99 is not known'), (Command.DRAIN, 'DRAIN is for the conveyor')],
+)
+def test_a_command_that_the_arm_does_not_know_is_refused_by_name(start, command, said):
+    success, text = start().operate(command)
+    assert not success and said in text

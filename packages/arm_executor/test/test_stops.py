@@ -90,11 +90,13 @@ def test_pause_finishes_what_runs_and_refuses_what_comes(make_core_bench):
     bench = make_core_bench(arm=TimedArm(speed=5.0))
     begin(bench)
     wait_phase(bench, Phase.TRANSFERRING)
-    bench.core.pause(True)
+    bench.core.panel.request('PAUSE', '', 'anna', 'lunch', (True, ''))
     assert ended(bench).code is ErrorCode.NONE
-    assert bench.core.status().mode is Mode.INACTIVE
+    status = bench.core.status()
+    assert status.mode is Mode.PAUSED
+    assert 'PAUSED by anna (since ' in status.message and status.message.endswith(': lunch')
     assert bench.place(make_box(2), (300, 0, 0), revision=2).code is ErrorCode.NOT_ACTIVE
-    bench.core.pause(False)
+    bench.core.panel.request('RESUME', '', 'anna', '', (True, ''))
     assert bench.place(make_box(2), (300, 0, 0), revision=2).code is ErrorCode.NONE
 
 

@@ -174,6 +174,13 @@ class ConveyorParameters:
     rate: float = parameter(
         10.0, 'How often `box_scan` is sent while the belt moves.', unit='Hz', low=1.0, high=100.0
     )
+    acknowledge: str = parameter(
+        'operator',
+        'Who acknowledges a jam before the belt goes on: an `operator`, or the cell `itself`, '
+        'where nobody stands by, as in a simulation.',
+        choices=('operator', 'itself'),
+        read_only=True,
+    )
     state_dir: str = parameter(
         '',
         'Folder of the ledger `conveyor.sqlite`; empty keeps it in memory.',

@@ -47,6 +47,7 @@ def nodes(context: LaunchContext) -> list[Node]:
     started = [
         (package, executable, parameters[name]) for name, (package, executable) in NODES.items()
     ]
+    started.append(('pack_cell', 'cell_monitor', {}))
     recorder = {'file': given('record'), 'state_dir': given('state_dir')}
     if any(recorder.values()):
         started.insert(0, ('pack_cell', 'topic_recorder', recorder))

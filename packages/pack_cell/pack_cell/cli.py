@@ -12,6 +12,7 @@ from pack_cell.boxes.command import add_boxes, run_boxes
 from pack_cell.chaos.command import add_chaos, run_chaos
 from pack_cell.journal.command import add_journal, run_journal
 from pack_cell.layout.command import add_layout, run_layout
+from pack_cell.operate.options import OPERATING, add_operate
 from pack_cell.options.declaration import add_options
 from pack_cell.options.parsers import OneLineParser
 from pack_cell.options.run_options import RunOptions, run_options
@@ -30,8 +31,8 @@ DEMO = {'count': 40}
 DEMO_OPTIONS = ('algorithm', 'profile', 'speed', 'out', 'view', 'view_port')
 
 
-def build_parser() -> argparse.ArgumentParser:
-    """The whole command line as a parser."""
+def build_parser(*, with_script: bool = False) -> argparse.ArgumentParser:
+    """The whole command line as a parser; ``with_script`` adds the verbs of the ``cell`` script."""
     parser = OneLineParser(prog='cell', description='The online bin-packing robot cell.')
     verbs = parser.add_subparsers(dest='verb', metavar='VERB', required=True)
     demo = verbs.add_parser(
@@ -62,6 +63,11 @@ def build_parser() -> argparse.ArgumentParser:
     add_boxes(verbs)
     add_chaos(verbs)
     add_journal(verbs)
+    add_operate(verbs)
+    if with_script:
+        from pack_cell.operate.completion import add_script_verbs
+
+        add_script_verbs(verbs)
     return parser
 
 
@@ -98,6 +104,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return run_journal(parsed)
     if parsed.verb == 'boxes':
         return run_boxes(parsed)
+    if parsed.verb in OPERATING:
+        from pack_cell.operate.command import run_operate
+
+        return run_operate(parsed)
+    if parsed.verb == 'completion':
+        from pack_cell.operate.completion import completion_script
+
+        print(completion_script(build_parser(with_script=True), parsed.shell))
+        return 0
     basis = DEMO if parsed.verb == 'demo' else {}
     try:
         if getattr(parsed, 'resume', None) is not None:

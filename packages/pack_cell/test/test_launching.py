@@ -35,7 +35,7 @@ def test_every_option_of_a_node_is_an_argument_of_the_same_name():
 def test_defaults_are_those_of_the_run_in_real_time():
     arguments = {argument.name: argument for argument in launch_arguments()}
     for named in declared_options(RunOptions):
-        if named.declaration.launched and named.key != 'speed':
+        if named.declaration.launched and named.key not in ('speed', 'acknowledge'):
             assert arguments[named.argument].default == named.declaration.default
     defaults = {name: argument.default for name, argument in arguments.items()}
     nodes = launched_nodes(defaults, state_dir='/somewhere')
@@ -165,7 +165,7 @@ def test_without_a_recording_and_a_folder_nobody_records(launch_file):
 def test_the_launch_file_starts_the_nodes_with_their_parameters(launch_file):
     nodes = launched(launch_file, bin='EQ', namespace='north', state_dir='/somewhere')
     assert set(nodes) == {
-        'conveyor', 'planner', 'arm_executor', 'topic_recorder', 'end_of_stream'
+        'cell_monitor', 'conveyor', 'planner', 'arm_executor', 'topic_recorder', 'end_of_stream'
     }  # fmt: skip
     assert {node['namespace'] for node in nodes.values()} == {'north'}
     parameters, *_ = nodes['arm_executor']['parameters']

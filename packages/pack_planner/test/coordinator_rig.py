@@ -99,6 +99,9 @@ class CoordinatorRig:
             self.bins_now = bins
         self.coordinator.on_bins(BinSnapshot(1, self.now, self.bins_now))
 
+    def snapshot_without_bins(self):
+        return BinSnapshot(1, self.now, ())
+
     def beat(self, mode=Mode.IDLE, active=''):
         self.coordinator.on_heartbeat(Heartbeat(mode, active, self.now))
 

@@ -57,6 +57,7 @@ class ArmKind:
         publishes joints, transforms and description, so that the cell does not.
     parameters : a dataclass of :func:`pack_msgs_py.parameter_fields.parameter`, which the node
         declares as well, each name behind that of the kind and a dot; ``None`` for none.
+    simulated : nothing moves but in a computer, so that nobody need stand by.
     """
 
     name: str
@@ -67,3 +68,4 @@ class ArmKind:
     keeps_true_boxes: bool = False
     has_driver: bool = False
     parameters: type | None = None
+    simulated: bool = False

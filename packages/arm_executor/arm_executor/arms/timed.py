@@ -50,7 +50,12 @@ _AT_PLANNING = frozenset(
     }
 )
 _IN_TRANSFER = frozenset(
-    {ErrorCode.BOX_LOST, ErrorCode.PATH_TOLERANCE_VIOLATED, ErrorCode.PROTECTIVE_STOP}
+    {
+        ErrorCode.BOX_LOST,
+        ErrorCode.COLLISION,
+        ErrorCode.PATH_TOLERANCE_VIOLATED,
+        ErrorCode.PROTECTIVE_STOP,
+    }
 )
 #: How far a fault puts a box out of place, and how late it makes the arm.
 FAULT_SHIFT_M, FAULT_DELAY_S = 0.02, 60.0
@@ -91,7 +96,7 @@ class TimedArm:
     speed : robot seconds per wall-clock second; 0 spends no time at all.
     faults : what goes wrong with which box, by id; read anew for each motion. Codes of planning
         are raised by :meth:`plan`; ``GRASP_FAILED`` comes at the grasp; ``BOX_LOST``,
-        ``PATH_TOLERANCE_VIOLATED`` and ``PROTECTIVE_STOP`` in the transfer;
+        ``COLLISION``, ``PATH_TOLERANCE_VIOLATED`` and ``PROTECTIVE_STOP`` in the transfer;
         ``PLACED_OUT_OF_TOLERANCE`` and ``OTHERS_DISTURBED`` shift a box by 20 mm;
         ``DEADLINE_MISSED`` makes the motion 60 s longer than predicted; ``UNKNOWN`` raises.
     truth : what the boxes really are; without it they are as scanned.

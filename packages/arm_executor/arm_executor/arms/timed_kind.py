@@ -17,5 +17,9 @@ def _make(setup: ArmSetup) -> Arm:
 
 
 TIMED = ArmKind(
-    name='timed', summary='only spends the time', make=_make, lifting_limit=lifting_limit
+    name='timed',
+    summary='only spends the time',
+    make=_make,
+    lifting_limit=lifting_limit,
+    simulated=True,
 )

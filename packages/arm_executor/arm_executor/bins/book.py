@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
+from arm_executor.bins.book_state import BookError, BookState
 from arm_executor.bins.doubt import DOUBT, Finder, Recovery, as_written, sorted_out
 from arm_executor.bins.journal import Journal
 from arm_executor.bins.records import Attempt, Step, placed_of
+from arm_executor.bins.set_aside import held_bins, set_held_bins, vacant_stations
 from arm_executor.bins.start_bins import StartBin
 from pack_msgs_py.cell_values import BoxEvent, Decision
 from pack_msgs_py.codes import BoxEventKind, Reason
@@ -20,28 +22,10 @@ from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.geometry.resting import with_measured
 from pack_msgs_py.values import STATIONS, Bin, BinSpec, PlacedBox
 
+__all__ = ['BinBook', 'BookError', 'BookState', 'Recovery']
+
 #: Depth of the event topics: that many events, and closed bins, are repeated after a restart.
 REPEATED = 100
-
-
-class BookError(Exception):
-    """The bins do not allow what was asked; the text says why."""
-
-
-@dataclass(frozen=True)
-class BookState:
-    """Every bin that stands in the cell, oldest first, and the pose of each box in them.
-
-    ``poses`` are of the boxes' centres, in the frame of their bin, by box id.
-    """
-
-    revision: int
-    bins: tuple[Bin, ...] = ()
-    poses: Mapping[str, Pose] = field(default_factory=dict)
-
-    def find(self, bin_id: str) -> Bin | None:
-        """The open bin called ``bin_id``."""
-        return next((bin_ for bin_ in self.bins if bin_.id == bin_id), None)
 
 
 class BinBook:
@@ -75,7 +59,17 @@ class BinBook:
         self.attempt: Attempt | None = None
         self.state = BookState(journal.revision())
 
-    def _stamp(self) -> float:
+    @property
+    def journal(self) -> Journal:
+        """Where everything is kept; hold :attr:`lock` while it is used."""
+        return self._journal
+
+    @property
+    def lock(self) -> threading.RLock:
+        """Held by whoever changes the book, or writes into its journal."""
+        return self._lock
+
+    def stamp(self) -> float:
         """Now; but each stamp is younger than the one before, even if the clock was set back."""
         self._last_stamp_s = max(self._now(), self._last_stamp_s + 1e-6)
         return self._last_stamp_s
@@ -89,13 +83,13 @@ class BinBook:
                 return
             with self._journal.transaction():
                 for first in start:
-                    fresh = self._new_bin(first.bin.station, first.bin.destination)
-                    self._journal.add_bin(fresh, self._stamp())
+                    fresh = self.new_bin(first.bin.station, first.bin.destination)
+                    self._journal.add_bin(fresh, self.stamp())
                     for placed in first.bin.boxes:
                         pose = first.poses[placed.box.id]
                         known = replace(placed, measured_mm=None)
                         attempt = Attempt(0, known, fresh.serial, pose, Step.VERIFIED)
-                        self._journal.add_attempt(attempt, self._stamp())
+                        self._journal.add_attempt(attempt, self.stamp())
                     self._journal.set_measured(first.poses)
             self.ids_in_bins = self._journal.box_ids_in_bins()
 
@@ -117,18 +111,19 @@ class BinBook:
                     self._journal.add_event(event)
                 for attempt in recovery.unmeasured:
                     if not attempt.step.in_bin:
-                        self._journal.set_step(attempt.id, Step.RELEASING, self._stamp())
+                        self._journal.set_step(attempt.id, Step.RELEASING, self.stamp())
                 for attempt in recovery.forgotten:
-                    self._journal.set_step(attempt.id, Step.FORGOTTEN, self._stamp())
+                    self._journal.set_step(attempt.id, Step.FORGOTTEN, self.stamp())
                 for attempt in recovery.returned:
                     event = self._event(attempt, BoxEventKind.RETURNED, Reason.FAULT, text)
                     self._journal.set_step(attempt.id, Step.RETURNED, event.stamp_s)
                     self._journal.add_event(event)
                 standing = {bin_.station for bin_ in self._journal.open_bins()}
+                standing |= vacant_stations(self._journal)
                 for number, station in enumerate(STATIONS[: self._count]):
                     if station not in standing:
                         serves = self._destinations[number % len(self._destinations)]
-                        self._journal.add_bin(self._new_bin(station, serves), self._stamp())
+                        self._journal.add_bin(self.new_bin(station, serves), self.stamp())
             self._load()
             return recovery
 
@@ -139,9 +134,10 @@ class BinBook:
             for bin_ in bins
             for attempt in self._journal.attempts_in(bin_.serial)
         }
-        self.state = BookState(self._journal.revision(), bins, poses)
+        self.state = BookState(self._journal.revision(), bins, poses, held_bins(self._journal))
 
-    def _new_bin(self, station: str, destination: str) -> Bin:
+    def new_bin(self, station: str, destination: str) -> Bin:
+        """An empty bin with the next serial, for ``station``; nothing is written down."""
         serial = self._journal.last_serial() + 1
         # Revisions start at 1, since 0 asks swap_bin to skip the check.
         name = f'{self._spec.name}-{serial}'
@@ -197,7 +193,7 @@ class BinBook:
                 0, placed_of(decision), target.serial, decision.target, goal_id=goal_id
             )
             with self._journal.transaction():
-                self.attempt = self._journal.add_attempt(attempt, self._stamp())
+                self.attempt = self._journal.add_attempt(attempt, self.stamp())
 
     def picked(self) -> BoxEvent:
         """The box is in the gripper."""
@@ -237,6 +233,7 @@ class BinBook:
                     changed if bin_.serial == changed.serial else bin_ for bin_ in self.state.bins
                 ),
                 {**self.state.poses, **poses},
+                self.state.held,
             )
             self.attempt = None
             return event
@@ -298,7 +295,7 @@ class BinBook:
             old = self.state.find(bin_id)
             if old is None:
                 names = ', '.join(bin_.id for bin_ in self.state.bins)
-                msg = f'there is no open bin {bin_id!r}; open are {names}'
+                msg = f'there is no open bin {bin_id!r}; open are {names or "none"}'
                 raise BookError(msg)
             if revision not in (0, old.revision):
                 msg = f'bin {bin_id!r} is at revision {old.revision}, you have seen {revision}'
@@ -306,17 +303,19 @@ class BinBook:
             if self.attempt is not None and self.attempt.bin_serial == old.serial:
                 msg = f'box {self.attempt.placed.box.id!r} is being placed into bin {bin_id!r}'
                 raise BookError(msg)
-            new = self._new_bin(old.station, destination or old.destination)
-            stamp = self._stamp()
+            new = self.new_bin(old.station, destination or old.destination)
+            stamp = self.stamp()
             with self._journal.transaction():
                 self._journal.close_bin(old.serial, stamp)
                 self._journal.add_bin(new, stamp)
+                set_held_bins(self._journal, self.state.held - {old.id})
                 self._journal.set_revision(self.state.revision + 1)
             gone = {placed.box.id for placed in old.boxes}
             self.state = BookState(
                 self.state.revision + 1,
                 (*(bin_ for bin_ in self.state.bins if bin_.serial != old.serial), new),
                 {key: pose for key, pose in self.state.poses.items() if key not in gone},
+                self.state.held - {old.id},
             )
             return old, new
 
@@ -351,7 +350,7 @@ class BinBook:
             text,
             f'{self._spec.name}-{attempt.bin_serial}' if in_bin else '',
             attempt.bin_serial if in_bin else 0,
-            self._stamp(),
+            self.stamp(),
         )
 
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
-from arm_executor.bins.book import BookError
+from arm_executor.bins.book_state import BookError
+from arm_executor.bins.closings import Closings
 from pack_msgs_py.values import Bin
 
 
@@ -28,7 +30,7 @@ class CutOffs:
     Parameters
     ----------
     bins : the open bins.
-    busy : id of the bin into which a box is on its way, empty for none.
+    closings : has a bin closed as soon as no box is on its way into it.
     swap : closes a bin by id and opens one for a destination at its station; ``BookError`` says
         why not.
     """
@@ -36,13 +38,12 @@ class CutOffs:
     def __init__(
         self,
         bins: Callable[[], tuple[Bin, ...]],
-        busy: Callable[[], str],
+        closings: Closings,
         swap: Callable[[str, int, str], Bin],
     ) -> None:
         self._bins = bins
-        self._busy = busy
+        self._closings = closings
         self._swap = swap
-        self._pending: dict[str, str] = {}
 
     def cut_off(self, destination: str, next_destination: str = '') -> CutOffAnswer:
         """Close every bin of ``destination``; the new ones serve ``next_destination``, or the same.
@@ -63,29 +64,19 @@ class CutOffs:
             served = ', '.join(sorted({bin_.destination for bin_ in bins if bin_.destination}))
             msg = f'no open bin serves {destination!r}; served are {served or "any boxes"}'
             raise BookError(msg)
-        busy, closed, pending = self._busy(), [], []
+        closed: list[str] = []
+        pending: list[str] = []
         for bin_ in chosen:
-            if bin_.id == busy:
-                self._pending[bin_.id] = next_destination
-                pending.append(bin_.id)
-            elif bin_.boxes or next_destination not in ('', destination):
-                self._swap(bin_.id, 0, next_destination)
-                closed.append(bin_.id)
+            if self._closings.is_busy(bin_) or _due(bin_, next_destination):
+                done = self._closings.close(bin_, partial(self._close, next_destination))
+                (closed if done else pending).append(bin_.id)
         return CutOffAnswer(tuple(closed), tuple(pending))
 
-    def goal_ended(self) -> None:
-        """A goal has ended: close what waited for it.
+    def _close(self, next_destination: str, bin_: Bin) -> None:
+        if _due(bin_, next_destination):
+            self._swap(bin_.id, 0, next_destination)
 
-        Raises
-        ------
-        BookError
-            It cannot be closed now; it is tried again after the next goal.
-        """
-        open_bins = {bin_.id: bin_ for bin_ in self._bins()}
-        for bin_id, following in list(self._pending.items()):
-            bin_ = open_bins.get(bin_id)
-            if bin_ is not None and bin_id == self._busy():
-                continue
-            if bin_ is not None and (bin_.boxes or following not in ('', bin_.destination)):
-                self._swap(bin_id, 0, following)
-            del self._pending[bin_id]
+
+def _due(bin_: Bin, next_destination: str) -> bool:
+    """Whether a bin has to go: it holds a box, or is to serve another destination."""
+    return bool(bin_.boxes) or next_destination not in ('', bin_.destination)

@@ -10,7 +10,7 @@ import fcntl
 import json
 import os
 import sqlite3
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -204,6 +204,10 @@ class Journal(JournalReader):
 
     def _set_meta(self, key: str, value: str) -> None:
         self._db.execute('INSERT OR REPLACE INTO meta VALUES (?, ?)', (key, value))
+
+    def execute(self, statement: str, values: Sequence[Any] = ()) -> list[tuple[Any, ...]]:
+        """Carry out one statement of those who keep tables of their own here; its rows."""
+        return self._db.execute(statement, tuple(values)).fetchall()
 
     # -- written inside a transaction of the caller ------------------------------------------
 

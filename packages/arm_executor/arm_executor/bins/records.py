@@ -25,6 +25,7 @@ class Step(str, Enum):
     RETURNED = 'returned'
     LOST = 'lost'
     UNKNOWN = 'unknown'
+    REMOVED = 'removed'
 
     @property
     def in_bin(self) -> bool:

@@ -67,6 +67,8 @@ def _refusals(goal: PlaceGoal, state: AdmissionState, *, with_deadline: bool) ->
         return
     yield from _revision(goal.decision, target)
     yield from _free(state)
+    if target.id in state.bins.held:
+        yield Refusal(ErrorCode.NOT_ACTIVE, f'bin {target.id!r} is held by an operator')
     yield from _once(goal.decision.box, state)
     yield from _on_belt(goal.decision.box, state)
     broken = placement_errors(goal.decision, target, state.profile)

@@ -15,6 +15,7 @@ from dataclasses import replace
 
 from arm_executor.bins.book import BinBook, BookError
 from arm_executor.bins.journal import JournalError
+from arm_executor.bins.operation_log import OperationLog
 from arm_executor.bins.records import Step
 from arm_executor.goals.admission import AdmissionState, Refusal, admit
 from arm_executor.goals.after_stop import clear_gripper
@@ -22,6 +23,7 @@ from arm_executor.goals.belt_view import BeltClock, BeltView
 from arm_executor.goals.candidates import CandidateChecker, CandidateView, foresee
 from arm_executor.goals.early_goals import EarlyGoals
 from arm_executor.goals.motion_clock import MotionClock
+from arm_executor.goals.operator_panel import OperatorPanel
 from arm_executor.goals.outputs import (
     BinClosed,
     BinsChanged,
@@ -74,7 +76,7 @@ class ExecutorCore:
         self._book = book
         self._settings = settings
         self._make_arm = make_arm
-        self._emit = emit
+        self.emit = emit
         self._wall = wall
         self._steady = steady
         self._belt = BeltView(wall)
@@ -87,7 +89,12 @@ class ExecutorCore:
         self._placing: Placing | None = None
         self._early = EarlyGoals(self._belt, steady)
         self._clock = MotionClock(settings.speed, steady)
-        self._paused = False
+        self.panel = OperatorPanel(
+            OperationLog(book.journal, book.lock),
+            emit,
+            wall,
+            acknowledges_itself=settings.acknowledges_itself,
+        )
         self._protective_stop = self._stop_wanted = ''
         self._fault = ''
         self._last_fault = ''
@@ -117,7 +124,12 @@ class ExecutorCore:
         """Mode and what is being done."""
         tools = self._tools
         error = 0.0 if tools is None else tools.arm.tracking_error()
-        return replace(self._status(), last_fault=self._last_fault, tracking_error=error)
+        return replace(
+            self._status(),
+            last_fault=self._last_fault,
+            tracking_error=error,
+            paused=self.panel.paused,
+        )
 
     def _status(self) -> Status:
         placing, attempt = self._placing, self._book.attempt
@@ -131,8 +143,10 @@ class ExecutorCore:
             return Status(Mode.INACTIVE, '', 0.0, 'starting')
         if placing is not None:
             return Status(Mode.EXECUTING, active, placing.remaining_s, '')
-        if self._paused:
-            return Status(Mode.INACTIVE, '', 0.0, 'paused')
+        if self.panel.alarm:
+            return Status(Mode.ALARM, '', 0.0, self.panel.alarm)
+        if self.panel.paused:
+            return Status(Mode.PAUSED, '', 0.0, self.panel.paused)
         return Status(Mode.IDLE, '', 0.0, '')
 
     def joints(self) -> tuple[tuple[str, ...], tuple[float, ...]]:
@@ -208,7 +222,7 @@ class ExecutorCore:
 
     def refuse(self, goal: PlaceGoal, refusal: Refusal) -> None:
         """End ``goal`` before anything moves."""
-        self._emit(Finished(refusal_report(goal, refusal, self._wall())))
+        self.emit(Finished(refusal_report(goal, refusal, self._wall())))
 
     def cancel(self, goal_id: bytes) -> None:
         """Stop the goal; its report says how it ended. Too late once the pad lets go."""
@@ -233,9 +247,7 @@ class ExecutorCore:
 
     def swap(self, bin_id: str, revision: int, destination: str = '') -> Bin:
         """Close a bin and open an empty one; :class:`BookError` says why not."""
-        if self._fault or self._tools is None:
-            msg = f'the executor is in mode {self.status().mode.name}'
-            raise BookError(msg)
+        self.check_usable()
         if bin_id == self.bin_in_use():
             msg = f'a box is being placed into bin {bin_id!r}'
             raise BookError(msg)
@@ -245,20 +257,30 @@ class ExecutorCore:
         except JournalError as error:
             self._fail(error)
             raise BookError(str(error)) from error
-        self._jobs.put(self._sync)
-        self._emit(BinClosed(old, poses))
-        self._emit(BinsChanged(self._book.state))
-        self._emit(Said('info', f'bin {old.id} closed with {len(old.boxes)} boxes, {new.id} open'))
+        self.emit(BinClosed(old, poses))
+        self.bins_worked_on()
+        self.emit(Said('info', f'bin {old.id} closed with {len(old.boxes)} boxes, {new.id} open'))
         return new
+
+    def check_usable(self) -> None:
+        """:class:`BookError` when the bins cannot be changed now, since the arm is not there."""
+        if self._fault or self._tools is None:
+            status = self.status()
+            msg = f'the executor is in mode {status.mode.name}: {status.message}'
+            raise BookError(msg)
 
     def bin_in_use(self) -> str:
         """Id of the bin into which a box is on its way; empty for none."""
         placing = self._placing
         return self._book.bin_in_use() if placing is None else placing.goal.decision.bin_id
 
-    def pause(self, paused: bool) -> None:
-        """Refuse new goals; one that is under way is finished."""
-        self._paused = paused
+    def bins_worked_on(self, measure: frozenset[int] = frozenset()) -> None:
+        """The book was changed by hand: the arm's world follows.
+
+        ``measure`` are serials of bins whose boxes may have moved.
+        """
+        self._jobs.put(lambda: self._sync(measure))
+        self.emit(BinsChanged(self._book.state))
 
     def reset(self, ticket: Ticket) -> None:
         """After a protective stop: box back to the belt, and on. Answers (success, message)."""
@@ -307,18 +329,18 @@ class ExecutorCore:
             # What an arm says of its cell is enough; anything else is a fault of the code.
             told = isinstance(error, (MotionError, LayoutError))
             trace = '' if told else f'\n{traceback.format_exc()}'
-            self._emit(Failed(f'cannot start: {error}{trace}'))
+            self.emit(Failed(f'cannot start: {error}{trace}'))
             return
         for attempt in recovery.returned:
             text = f'box {attempt.placed.box.id!r} was in the gripper: returned'
-            self._emit(Said('warning', text))
+            self.emit(Said('warning', text))
         for attempt in recovery.unmeasured:
             text = f'box {attempt.placed.box.id!r} was just released: measured'
-            self._emit(Said('warning', text))
+            self.emit(Said('warning', text))
         for event in self._book.events():
-            self._emit(Happened(event))
+            self.emit(Happened(event))
         for closed, poses in self._book.closed():
-            self._emit(BinClosed(closed, poses))
+            self.emit(BinClosed(closed, poses))
         self._tools = Tools(
             arm=arm,
             book=self._book,
@@ -326,13 +348,13 @@ class ExecutorCore:
             clock=BeltClock(self._settings.speed, self._steady),
             plans=self._plans,
             settings=self._settings,
-            emit=self._emit,
+            emit=self.emit,
             steady=self._steady,
             wall=self._wall,
         )
-        self._emit(BinsChanged(self._book.state))
+        self.emit(BinsChanged(self._book.state))
         bins = ', '.join(f'{bin_.id} ({len(bin_.boxes)} boxes)' for bin_ in self._book.state.bins)
-        self._emit(Said('info', f'ready; open bins: {bins}'))
+        self.emit(Said('info', f'ready; open bins: {bins}'))
 
     def _ready(self) -> Tools:
         if self._tools is None:
@@ -346,23 +368,27 @@ class ExecutorCore:
             return
         if report.code not in (ErrorCode.NONE, ErrorCode.CANCELED):
             self._last_fault = f'{report.code.name}: {report.message}'
+        self.panel.report(report)
         if placing.needs_reset or self._stop_wanted:
             self._protective_stop = self._stop_wanted or report.message or 'protective stop'
         self._placing = None
-        self._emit(Finished(report))
+        self.emit(Finished(report))
 
-    def _sync(self) -> None:
-        """Make the arm's world hold the bins of the book."""
+    def _sync(self, measure: frozenset[int] = frozenset()) -> None:
+        """Make the arm's world hold the bins of the book; ``measure``: serials of bins to write."""
         self._plans.clear()
         state = self._book.state
-        self._ready().arm.set_bins(state.bins, state.poses)
+        poses = self._ready().arm.set_bins(state.bins, state.poses)
         self._in_world = tuple(bin_.serial for bin_ in state.bins)
+        if measure:
+            self._book.settled(poses, measure)
+            self.emit(BinsChanged(self._book.state))
 
     def _reset(self, ticket: Ticket) -> None:
         try:
-            self._emit(Replied(ticket, self._leave_protective_stop()))
+            self.emit(Replied(ticket, self._leave_protective_stop()))
         except Exception:
-            self._emit(Replied(ticket, (False, 'the executor failed; see its log')))
+            self.emit(Replied(ticket, (False, 'the executor failed; see its log')))
             raise
 
     def _leave_protective_stop(self) -> tuple[bool, str]:
@@ -380,14 +406,14 @@ class ExecutorCore:
         """Something that should not happen has: stand still, say so, wait for a person."""
         self._stop_motion()
         self._fault = f'{type(error).__name__}: {error}; restart the node'
-        self._emit(Said('error', f'the executor failed, arm stopped\n{traceback.format_exc()}'))
+        self.emit(Said('error', f'the executor failed, arm stopped\n{traceback.format_exc()}'))
         self._last_fault = self._fault
         placing, self._placing = self._placing, None
         attempt = self._book.attempt
         if attempt is not None and attempt.step is not Step.PLANNED:
             try:
-                self._emit(Happened(self._book.unknown(self._fault)))
+                self.emit(Happened(self._book.unknown(self._fault)))
             except Exception as second:
-                self._emit(Said('error', f'the journal cannot be written: {second}'))
+                self.emit(Said('error', f'the journal cannot be written: {second}'))
         if placing is not None:
             self.refuse(placing.goal, Refusal(ErrorCode.UNKNOWN, self._fault))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 from arm_executor.bins.book import BookState
+from pack_msgs_py.alarms import Alarm
 from pack_msgs_py.cell_values import BoxEvent, Report
 from pack_msgs_py.codes import ErrorCode, Mode, Phase
 from pack_msgs_py.geometry.pose import Pose
@@ -77,6 +78,13 @@ class Replied:
 
 
 @dataclass(frozen=True)
+class AlarmsChanged:
+    """All alarms and warnings that stand now."""
+
+    alarms: tuple[Alarm, ...]
+
+
+@dataclass(frozen=True)
 class Said:
     """For the log."""
 
@@ -102,6 +110,7 @@ class Status:
     remaining_s : predicted robot time until its goal ends.
     last_fault : how the last goal that failed did so.
     tracking_error : farthest that a joint has strayed, as a share of what is allowed.
+    paused : by whom the arm is paused, or will be once its box is in its bin; empty when not.
     """
 
     mode: Mode
@@ -110,6 +119,17 @@ class Status:
     message: str
     last_fault: str = ''
     tracking_error: float = 0.0
+    paused: str = ''
 
 
-Output = Happened | BinsChanged | BinClosed | Progress | Finished | Replied | Said | Failed
+Output = (
+    Happened
+    | BinsChanged
+    | BinClosed
+    | Progress
+    | Finished
+    | Replied
+    | AlarmsChanged
+    | Said
+    | Failed
+)

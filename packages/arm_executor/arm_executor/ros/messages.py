@@ -31,6 +31,16 @@ _LEVELS = {
     Mode.FAULT: DiagnosticStatus.ERROR,
     Mode.PROTECTIVE_STOP: DiagnosticStatus.ERROR,
     Mode.INACTIVE: DiagnosticStatus.WARN,
+    Mode.PAUSED: DiagnosticStatus.WARN,
+    Mode.ALARM: DiagnosticStatus.ERROR,
+}
+_WAITS_FOR = {
+    Mode.FAULT: 'a restart of the node',
+    Mode.PROTECTIVE_STOP: 'a reset by an operator',
+    Mode.INACTIVE: 'the arm to be ready',
+    Mode.PAUSED: 'an operator to resume',
+    Mode.ALARM: 'an operator to acknowledge the alarm',
+    Mode.IDLE: 'a goal of the planner',
 }
 
 
@@ -89,6 +99,13 @@ def feedback_to_ros(progress: Progress) -> PlaceBox.Feedback:
     )
 
 
+def _doing(status: Status) -> str:
+    """What the arm does, for people."""
+    if status.mode is Mode.EXECUTING:
+        return f'placing box {status.active_box!r}'
+    return status.mode.name.lower()
+
+
 def diagnostics_to_ros(
     name: str, status: Status, bins: BookState, journal: str, stamp: TimeMsg
 ) -> DiagnosticArray:
@@ -98,6 +115,8 @@ def diagnostics_to_ros(
     """
     values = {
         'mode': status.mode.name,
+        'waits_for': _WAITS_FOR.get(status.mode, ''),
+        'paused': status.paused,
         'active_box': status.active_box,
         'last_fault': status.last_fault or 'none',
         'tracking_error': f'{status.tracking_error:.0%} of what is allowed',
@@ -110,7 +129,7 @@ def diagnostics_to_ros(
             DiagnosticStatus(
                 level=_LEVELS.get(status.mode, DiagnosticStatus.OK),
                 name=name.lstrip('/'),
-                message=status.message or status.mode.name.lower(),
+                message=status.message or _doing(status),
                 values=[KeyValue(key=key, value=value) for key, value in values.items()],
             )
         ]

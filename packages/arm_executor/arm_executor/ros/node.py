@@ -5,7 +5,12 @@
 - service `check_placements` (CheckPlacements): can the arm do these, and how long would it take
 - service `swap_bin` (SwapBin): close a bin, open an empty one
 - service `cut_off` (CutOff): close the bins of a destination
-- services `~/pause` (SetBool), `~/stop` and `~/reset` (Trigger)
+- service `~/operate` (Operate): pause, stop, reset, acknowledge, and what is done with bins; with
+  who and why, for the journal
+- services `~/insert_box` (InsertPlacedBox) and `~/remove_box` (RemoveBox): by hand, into a bin and
+  out of it
+- services `~/pause` (SetBool), `~/stop` and `~/reset` (Trigger): the same without a name
+- publishes `alarms` (AlarmArray), and heeds those of other nodes
 - publishes `bin_state`, `bin_closed`, `box_event`, `placement_report`, `executor_state` (10 Hz),
   `/diagnostics` (1 Hz), and for viewers what :mod:`arm_executor.ros.views` lists
 - subscribes to `box_scan`, and for the simulated arms to `simulation/true_boxes` (BoxScan)
@@ -34,8 +39,10 @@ from arm_executor.bins.journal import Journal, JournalError
 from arm_executor.bins.records import configuration
 from arm_executor.bins.start_bins import check_start_bins, read_start_bins
 from arm_executor.goals.admission import Refusal
+from arm_executor.goals.bin_work import BinWork
 from arm_executor.goals.core import ExecutorCore
 from arm_executor.goals.outputs import (
+    AlarmsChanged,
     BinClosed,
     BinsChanged,
     Failed,
@@ -57,11 +64,12 @@ from arm_executor.ros.messages import (
     true_boxes_from_ros,
     unusable_goal,
 )
+from arm_executor.ros.operating import OperatorServices
 from arm_executor.ros.publishers import Publishers
 from arm_executor.ros.services import Services
 from arm_executor.ros.views import Views
 from pack_msgs.action import PlaceBox
-from pack_msgs.msg import BoxScan, ExecutorState
+from pack_msgs.msg import AlarmArray, BoxScan, ExecutorState
 from pack_msgs_py.cell_values import Report
 from pack_msgs_py.codes import ErrorCode, Mode
 from pack_msgs_py.one_source import new_session
@@ -193,15 +201,13 @@ class ArmExecutor(Node):
             self.create_subscription(kind, topic, checked, qos.TOPICS[topic])
         others = self._sources.checked('executor_state', lambda msg: None)
         self.create_subscription(ExecutorState, 'executor_state', others, 10)
+        self.create_subscription(AlarmArray, 'alarms', self._on_alarms, qos.ALARMS_HEARD)
+        bins = BinWork(self._core, self._book)
         self._served = Services(
-            self,
-            self._core,
-            self._book,
-            self._layout,
-            self._orientations,
-            self._drain,
-            self._beat,
+            self, self._core, bins, self._layout, self._orientations, self._drain
         )
+        OperatorServices(self, self._core, bins, self._drain, self._operated)
+        self._publish.alarms(self._core.panel.standing)
         self._action = ActionServer(
             self,
             PlaceBox,
@@ -298,6 +304,15 @@ class ArmExecutor(Node):
                 f'{qos.TRUE_BOXES} ignored: {error}', throttle_duration_sec=5.0
             )
 
+    def _on_alarms(self, msg: AlarmArray) -> None:
+        """What stands in other nodes; the arm does not move for their alarms either."""
+        if msg.node == self.get_fully_qualified_name():
+            return
+        try:
+            self._core.panel.hear(*conversions.alarms_from_ros(msg))
+        except ValueError as error:
+            self.get_logger().warning(f'alarms ignored: {error}', throttle_duration_sec=5.0)
+
     # -- what the core says ---------------------------------------------------------------------
 
     def _emit(self, output: Output) -> None:
@@ -334,6 +349,8 @@ class ArmExecutor(Node):
                 self._served.goal_ended()
             case Replied():
                 output.ticket.set_result(output.answer)
+            case AlarmsChanged():
+                self._publish.alarms(output.alarms)
             case Said():
                 self._log(output)
             case Failed():
@@ -371,6 +388,11 @@ class ArmExecutor(Node):
         status = self._core.status()
         self._mode = status.mode
         self._publish.heartbeat(status)
+
+    def _operated(self) -> None:
+        """An operator has changed something: all see it at once."""
+        self._beat()
+        self._publish_diagnostics()
 
     def _publish_diagnostics(self) -> None:
         self._publish.diagnostics(self._core.status(), self._book.state, self._journal.health)

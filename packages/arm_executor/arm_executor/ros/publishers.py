@@ -9,10 +9,19 @@ from rclpy.node import Node
 from arm_executor.bins.book import BookState
 from arm_executor.goals.outputs import BinClosed, BinsChanged, Happened, Status
 from arm_executor.ros.messages import diagnostics_to_ros
-from pack_msgs.msg import BinState, BinStateArray, BoxEvent, ExecutorState, PlacementReport
+from pack_msgs.msg import (
+    AlarmArray,
+    BinState,
+    BinStateArray,
+    BoxEvent,
+    ExecutorState,
+    PlacementReport,
+)
+from pack_msgs_py.alarms import Alarm
 from pack_msgs_py.cell_values import BinSnapshot, Report
 from pack_msgs_py.codes import BinStatus
-from pack_msgs_py.ros import conversions
+from pack_msgs_py.ros import conversions, qos
+from pack_msgs_py.ros.conversions import time_from_ros
 from pack_msgs_py.ros.sourced import SourcedPublisher
 from pack_msgs_py.values import frame_name
 
@@ -30,6 +39,7 @@ class Publishers:
         self._reports = publisher(PlacementReport, 'placement_report')
         self._events = publisher(BoxEvent, 'box_event')
         self._state = publisher(ExecutorState, 'executor_state')
+        self._alarms = node.create_publisher(AlarmArray, 'alarms', qos.TOPICS['alarms'])
         self._diagnostics = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._frames: dict[str, str] = {}
 
@@ -44,9 +54,18 @@ class Publishers:
         """Every standing bin; the planner looks at the oldest first."""
         state = output.state
         self._frames.update({bin_.id: frame_name(bin_.station) for bin_ in state.bins})
-        stamp_s = conversions.time_from_ros(self._stamp())
+        stamp_s = time_from_ros(self._stamp())
         snapshot = BinSnapshot(state.revision, stamp_s, state.bins)
-        self._bin_state.publish(conversions.bins_to_ros(snapshot, dict(state.poses)))
+        status = dict.fromkeys(state.held, BinStatus.HELD)
+        self._bin_state.publish(conversions.bins_to_ros(snapshot, dict(state.poses), status))
+
+    def alarms(self, standing: tuple[Alarm, ...]) -> None:
+        """All that a person must know of."""
+        node, now_s = (
+            self._node.get_fully_qualified_name(),
+            time_from_ros(self._stamp()),
+        )
+        self._alarms.publish(conversions.alarms_to_ros(node, standing, now_s))
 
     def closed(self, output: BinClosed) -> None:
         """The content of a bin that was taken away."""

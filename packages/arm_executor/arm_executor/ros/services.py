@@ -1,4 +1,4 @@
-"""The services of the node."""
+"""The services that the planner calls, and the cut-off; operators have theirs beside these."""
 
 from __future__ import annotations
 
@@ -8,10 +8,9 @@ from typing import Any
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from rclpy.task import Future
-from std_srvs.srv import SetBool, Trigger
 
-from arm_executor.bins.book import BinBook, BookError
-from arm_executor.bins.cut_off import CutOffs
+from arm_executor.bins.book import BookError
+from arm_executor.goals.bin_work import BinWork
 from arm_executor.goals.candidates import MAX_CANDIDATES
 from arm_executor.goals.core import ExecutorCore
 from arm_executor.goals.outputs import Checked
@@ -32,41 +31,35 @@ class Services:
     Parameters
     ----------
     node : whose services they are.
-    core, book : what is asked, and the bins that it keeps.
+    core, bins : what is asked, and what works on the bins.
     layout : says where the pick point is, for candidates.
     orientations : the orientation rule, which says whether boxes are tipped there.
     drain : sends at once what the core has said.
-    beat : tells at once in which mode the core is.
     """
 
     def __init__(
         self,
         node: Node,
         core: ExecutorCore,
-        book: BinBook,
+        bins: BinWork,
         layout: Layout,
         orientations: str,
         drain: Callable[[], None],
-        beat: Callable[[], None],
     ) -> None:
         self._core = core
         self._warn = node.get_logger().warning
         self._layout = layout
         self._orientations = orientations
         self._drain = drain
-        self._beat = beat
-        self._cut_offs = CutOffs(lambda: book.state.bins, core.bin_in_use, core.swap)
+        self._bins = bins
         node.create_service(SwapBin, 'swap_bin', self._swap_bin)
         node.create_service(CutOff, 'cut_off', self._cut_off)
-        node.create_service(SetBool, '~/pause', self._pause)
-        node.create_service(Trigger, '~/stop', self._stop)
-        # These wait for the arm. In the node's own group, which lets one callback in at a time,
-        # they would hold up everything else meanwhile, the heartbeat too.
+        # This waits for the arm. In the node's own group, which lets one callback in at a time,
+        # it would hold up everything else meanwhile, the heartbeat too.
         waiting = ReentrantCallbackGroup()
         node.create_service(
             CheckPlacements, 'check_placements', self._check, callback_group=waiting
         )
-        node.create_service(Trigger, '~/reset', self._reset, callback_group=waiting)
 
     async def _check(
         self, request: CheckPlacements.Request, response: CheckPlacements.Response
@@ -111,27 +104,6 @@ class Services:
         pick = pick_pose(self._layout, decision.box.size_mm, lies)
         return candidate(decision, msg.header.frame_id, pick)
 
-    async def _reset(
-        self, request: Trigger.Request, response: Trigger.Response
-    ) -> Trigger.Response:
-        future = Future()
-        self._core.reset(future)
-        response.success, response.message = await future
-        return response
-
-    def _pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        self._core.pause(request.data)
-        response.success = True
-        response.message = 'paused' if request.data else 'active'
-        self._beat()
-        return response
-
-    def _stop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self._core.protective_stop('stopped by the operator')
-        response.success, response.message = True, 'stopping; ~/reset to go on'
-        self._beat()
-        return response
-
     def _swap_bin(self, request: SwapBin.Request, response: SwapBin.Response) -> SwapBin.Response:
         try:
             check_name('destination', request.destination)
@@ -148,7 +120,7 @@ class Services:
 
     def _cut_off(self, request: CutOff.Request, response: CutOff.Response) -> CutOff.Response:
         try:
-            answer = self._cut_offs.cut_off(
+            answer = self._bins.cut_off(
                 check_name('destination', request.destination),
                 check_name('next_destination', request.next_destination),
             )
@@ -163,6 +135,6 @@ class Services:
     def goal_ended(self) -> None:
         """Bins that are to be closed may now be free."""
         try:
-            self._cut_offs.goal_ended()
+            self._bins.goal_ended()
         except BookError as error:
-            self._warn(f'a bin that was cut off is not closed yet: {error}')
+            self._warn(f'a bin that is to be closed is not closed yet: {error}')

@@ -14,15 +14,18 @@ class BeltTime:
 
     def __init__(self, belt: Belt, jams: Jams, speed: float) -> None:
         self.clock = RobotClock(speed)
-        self.jammed = self.paused = False
+        self.jammed = self.paused = self.kept = self.with_arm = False
         self._belt = belt
         self._jams = jams
         self._robot_s = 0.0
 
     @property
     def stands(self) -> bool:
-        """Whether nothing moves and nothing is fed."""
-        return self.paused or self.jammed
+        """Whether nothing moves and nothing is fed.
+
+        ``kept`` : until a jam is acknowledged. ``with_arm`` : as long as the arm stands.
+        """
+        return self.paused or self.jammed or self.kept or self.with_arm
 
     def restore(self, robot_s: float, now_s: float, *, paused: bool) -> None:
         """Go on from ``robot_s``."""
@@ -34,6 +37,12 @@ class BeltTime:
     def pause(self, paused: bool, now_s: float) -> None:
         """The operator stops the belt, or lets it go on."""
         self.paused = paused
+        self._belt.set_motion(now_s, paused=self.stands)
+
+    def keep(self, now_s: float, *, kept: bool | None = None, with_arm: bool | None = None) -> None:
+        """Let the belt stand for another reason, or no longer for that."""
+        self.kept = self.kept if kept is None else kept
+        self.with_arm = self.with_arm if with_arm is None else with_arm
         self._belt.set_motion(now_s, paused=self.stands)
 
     def tune(self, now_s: float, belt_speed: float, speed: float) -> None:

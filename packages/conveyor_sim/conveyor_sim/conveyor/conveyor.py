@@ -29,6 +29,7 @@ from pack_msgs_py.codes import BoxEventKind, PlacementStatus, Reason
 from pack_msgs_py.values import Box
 
 _PLACED = BoxEventKind.PLACED
+_NOT_BEGUN = (Whereabouts.ON_BELT, Whereabouts.WAITING, Whereabouts.UNSEEN)
 #: A grasp that failed so soon after a scan was still made for the one before, seconds.
 OLD_NEWS_S = 0.5
 
@@ -85,10 +86,40 @@ class Conveyor:
 
     @property
     def condition(self) -> str:
-        """For people: ``running``, ``paused``, ``jammed`` or ``draining``."""
-        if self._time.stands:
-            return 'paused' if self._time.paused else 'jammed'
+        """For people: ``running``, ``paused``, ``jammed``, ``draining`` and the like."""
+        if self._time.paused:
+            return 'paused'
+        if self._time.jammed or self._time.kept:
+            return 'jammed'
+        if self._time.with_arm:
+            return 'standing with the arm'
         return 'draining' if self._draining else 'running'
+
+    @property
+    def paused(self) -> bool:
+        """Whether an operator has stopped the belt."""
+        return self._time.paused
+
+    @property
+    def jammed(self) -> bool:
+        """Whether the belt is jammed now."""
+        return self._time.jammed
+
+    @property
+    def draining(self) -> bool:
+        """Whether no more boxes of the stream are fed."""
+        return self._draining
+
+    @property
+    def on_belt(self) -> int:
+        """Boxes on the belt, at the induct and behind others."""
+        counts = self._book.counts()
+        return sum(counts[place] for place in _NOT_BEGUN)
+
+    @property
+    def handled(self) -> str:
+        """The box that the arm works on; empty for none."""
+        return self._moves.handled
 
     @property
     def counts(self) -> dict[Whereabouts, int]:
@@ -240,6 +271,35 @@ class Conveyor:
         self._book.note('feeds no more' if draining else 'feeds again')
         return self._finish(now_s, stamp_s, moved=True)
 
+    def empty(self, why: str, now_s: float, stamp_s: float) -> tuple[ConveyorNews, int]:
+        """As :meth:`drain`, and all boxes but the arm's go to the reject lane; also how many."""
+        self._advance(now_s)
+        self._draining = True
+        self._ledger.set_setting('draining', 'yes')
+        gone = 0
+        # A box that nobody sees is found once the one before it has gone.
+        while chosen := self._book.here(without=self._moves.handled):
+            for record in chosen:
+                self._moves.reject(record, Reason.OPERATOR, why, now_s, stamp_s)
+            gone += len(chosen)
+            self._book.uncover()
+        self._book.note(f'{why}: {gone} boxes')
+        return self._finish(now_s, stamp_s, moved=True), gone
+
+    def keep_standing(self, kept: bool, now_s: float, stamp_s: float = 0.0) -> ConveyorNews:
+        """Let the belt stand until a jam is acknowledged, or no longer."""
+        self._advance(now_s)
+        self._time.keep(now_s, kept=kept)
+        return self._finish(now_s, stamp_s, moved=True) if not kept else ConveyorNews(True)
+
+    def stand_with_arm(self, stands: bool, now_s: float, stamp_s: float) -> ConveyorNews:
+        """The arm has stopped, or goes on: boxes that nobody takes need not go round."""
+        if stands == self._time.with_arm:
+            return ConveyorNews()
+        self._advance(now_s)
+        self._time.keep(now_s, with_arm=stands)
+        return self._finish(now_s, stamp_s, moved=True)
+
     def insert_box(self, box: Box, now_s: float, stamp_s: float) -> ConveyorNews:
         """Lay a box on by hand: it waits at the induct and comes before new ones of the stream.
 
@@ -269,8 +329,9 @@ class Conveyor:
             where = 'not known' if record is None else record.place.value
             msg = f'box {box_id!r} is not on the belt: it is {where}'
             raise ValueError(msg)
-        if self._moves.is_spoken_for(box_id):
-            msg = f'box {box_id!r} is the one that the arm is to take next; pause the arm first'
+        stands = self._time.with_arm and box_id != self._moves.handled
+        if self._moves.is_spoken_for(box_id) and not stands:
+            msg = f'box {box_id!r} is the one that the arm is to take next; first: cell pause'
             raise ValueError(msg)
         self._moves.reject(record, Reason.OPERATOR, 'removed by hand', now_s, stamp_s)
         return self._finish(now_s, stamp_s)

@@ -141,6 +141,15 @@ class BoxBook:
             return None
         return self._records[min(self._waiting, key=self._waiting.__getitem__)]
 
+    def here(self, *, without: str) -> list[BoxRecord]:
+        """Boxes on the belt and at the induct, but for the one called ``without``."""
+        return [
+            record
+            for record in self._records.values()
+            if record.place in (Whereabouts.ON_BELT, Whereabouts.WAITING)
+            and record.box_id != without
+        ]
+
     def set(self, record: BoxRecord) -> None:
         """This is now true of a box; one that was only heard of is kept until it is given out."""
         if record.ordinal < 0:

@@ -19,6 +19,13 @@ from pack_msgs_py.box_codec import box_from_json, box_to_json
 from pack_msgs_py.checks import InvalidValue
 from pack_msgs_py.codes import Reason
 from pack_msgs_py.hash_chain import HashChain, has_chain
+from pack_msgs_py.operations import (
+    OPERATION_COLUMNS,
+    OPERATION_INSERT,
+    OPERATION_TABLE,
+    Operation,
+    operation_of,
+)
 from pack_msgs_py.values import Box
 
 FILE_NAME = 'conveyor.sqlite'
@@ -180,6 +187,17 @@ class Ledger:
     def _set_meta(self, values: Mapping[str, str]) -> None:
         self._db.executemany('REPLACE INTO meta VALUES (?, ?)', values.items())
 
+    def write_operation(self, operation: Operation) -> None:
+        """Remember what an operator has asked for, and what came of it."""
+        with self._explained(), self._transaction():
+            self._db.execute(OPERATION_INSERT, operation.row())
+
+    def operations(self) -> list[Operation]:
+        """Every request of an operator, oldest first."""
+        with self._explained():
+            rows = self._db.execute(f'SELECT {OPERATION_COLUMNS} FROM operation ORDER BY sequence')
+            return [operation_of(row) for row in rows]
+
     def _open(self, fingerprint: str, description: str) -> None:
         # Held until close or death: two conveyors on one ledger would give out boxes twice.
         self._db.execute('PRAGMA locking_mode = EXCLUSIVE')
@@ -188,7 +206,7 @@ class Ledger:
         if has_chain(self._db):
             self._chain.watch()
         with self._transaction():
-            for statement in _TABLES.split(';\n'):
+            for statement in (*_TABLES.split(';\n'), OPERATION_TABLE):
                 self._db.execute(statement)
             known = dict(self._db.execute('SELECT key, value FROM meta').fetchall())
             if not known:

@@ -7,12 +7,24 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from conveyor_sim.conveyor.conveyor import Conveyor
 
+#: What the belt waits for, by its condition.
+_WAITS_FOR = {
+    'paused': 'an operator to resume',
+    'jammed': 'the jam to be over and acknowledged',
+    'standing with the arm': 'the arm',
+    'draining': 'an operator to feed again',
+}
 
-def diagnostics_to_ros(name: str, conveyor: Conveyor, stamp: TimeMsg) -> DiagnosticArray:
-    """What the belt does, where the boxes are, and what has been seen since the first start."""
+
+def diagnostics_to_ros(name: str, conveyor: Conveyor, said: str, stamp: TimeMsg) -> DiagnosticArray:
+    """What the belt does, where the boxes are, and what has been seen since the first start.
+
+    ``said`` tells who has brought it into its state; empty when nobody has.
+    """
     condition, seen = conveyor.condition, conveyor.statistics
     values = {
         'belt': condition,
+        'waits_for': _WAITS_FOR.get(condition, ''),
         'supplied': str(conveyor.supplied),
         **{place.value: str(number) for place, number in conveyor.counts.items()},
         'longest_wait_s': f'{seen.longest_wait_s:.1f}',
@@ -28,7 +40,7 @@ def diagnostics_to_ros(name: str, conveyor: Conveyor, stamp: TimeMsg) -> Diagnos
             DiagnosticStatus(
                 level=DiagnosticStatus.OK if runs else DiagnosticStatus.WARN,
                 name=name.lstrip('/'),
-                message=condition,
+                message=said or condition,
                 values=[KeyValue(key=key, value=value) for key, value in values.items()],
             )
         ]

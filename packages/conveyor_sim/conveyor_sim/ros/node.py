@@ -9,16 +9,14 @@
 - subscribes `bin_state` (pack_msgs/BinStateArray) and `bin_closed` (pack_msgs/BinState): a box in
   a bin is not on the belt
 - subscribes `executor_state` (pack_msgs/ExecutorState): brings the box that the arm waits for,
-  should its decision not have arrived
+  should its decision not have arrived; the belt stands while the arm is stopped
 - publishes `simulation/true_boxes` (pack_msgs/BoxScan): the boxes as they really are, each where
   it is once it stands at the pick point; for simulated worlds alone
 - subscribes `placement_report` (pack_msgs/PlacementReport): the robot time that the arm has spent,
   which is what arrivals wait for at speed 0; a box that it did not find is scanned again
 - publishes `/diagnostics` (diagnostic_msgs/DiagnosticArray), once a second
-- serves `~/pause` (std_srvs/SetBool): stops or resumes feeding and moving
-- serves `~/drain` (std_srvs/SetBool): stops or resumes feeding alone
-- serves `~/insert_box` (pack_msgs/InsertBox): lays a box on by hand
-- serves `~/remove_box` (pack_msgs/RemoveBox): takes a box away by hand
+- publishes `alarms` (pack_msgs/AlarmArray): a jam, until it is over and acknowledged
+- serves what :mod:`conveyor_sim.ros.operating` lists, for operators
 """
 
 from __future__ import annotations
@@ -32,14 +30,16 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from std_srvs.srv import SetBool
 
+from conveyor_sim.conveyor.belt_operator import BeltOperator
 from conveyor_sim.conveyor.news import ConveyorNews
 from conveyor_sim.factory import make_conveyor, make_ledger, open_stream
 from conveyor_sim.ledger.ledger import LedgerError
 from conveyor_sim.parameters import ConveyorParameters
 from conveyor_sim.ros.diagnostics import diagnostics_to_ros
+from conveyor_sim.ros.operating import BeltServices
 from pack_msgs.msg import (
+    AlarmArray,
     BinState,
     BinStateArray,
     BoxEvent,
@@ -48,14 +48,13 @@ from pack_msgs.msg import (
     PlacementDecision,
     PlacementReport,
 )
-from pack_msgs.srv import InsertBox, RemoveBox
 from pack_msgs_py.cell_values import Scan, ScannedBox
 from pack_msgs_py.checks import check_length, check_name
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.one_source import new_session
 from pack_msgs_py.parameter_fields import check_value, parameter_fields
 from pack_msgs_py.ros.conversions import (
-    box_from_ros,
+    alarms_to_ros,
     decision_from_ros,
     event_from_ros,
     event_to_ros,
@@ -74,6 +73,13 @@ DIAGNOSTICS_PERIOD_S = 1.0
 #: A timer cannot be shorter; also keeps a scan from being sent just before an arrival.
 MIN_PERIOD_S = 0.001
 THROTTLE_S = 5.0
+#: Modes of the arm in which it takes no box: the belt stands with it.
+_ARM_STANDS = (
+    ExecutorState.MODE_PAUSED,
+    ExecutorState.MODE_ALARM,
+    ExecutorState.MODE_PROTECTIVE_STOP,
+    ExecutorState.MODE_FAULT,
+)
 
 
 class ConveyorNode(Node):
@@ -107,7 +113,7 @@ class ConveyorNode(Node):
         stream = open_stream(params)
         self._ledger = make_ledger(params, stream)
         self._conveyor = make_conveyor(params, stream, self._ledger)
-        self._ended = False
+        self._ended = self._arm_stands = False
 
         session = new_session()
         self._sources = Sources(self, (BELT, session))
@@ -137,13 +143,17 @@ class ConveyorNode(Node):
             self.create_subscription(kind, topic, self._guard(topic, callback), TOPICS[topic])
         heard = self._guard('executor_state', self._on_executor_state)
         self.create_subscription(ExecutorState, 'executor_state', heard, 10)
-        self.create_service(SetBool, '~/pause', self._on_pause)
-        self.create_service(SetBool, '~/drain', self._on_drain)
-        self.create_service(InsertBox, '~/insert_box', self._on_insert)
-        self.create_service(RemoveBox, '~/remove_box', self._on_remove)
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._use_parameters)
-        self._tell(self._conveyor.start(*self._now()))
+        news = self._conveyor.start(*self._now())
+        self._operator = BeltOperator(
+            self._conveyor, self._ledger, acknowledges_itself=params.acknowledge == 'itself'
+        )
+        self._operator.take_up(self._now()[0])
+        self._alarms = self.create_publisher(AlarmArray, 'alarms', TOPICS['alarms'])
+        self._publish_alarms()
+        BeltServices(self, self._conveyor, self._operator, self._now, self._tell, self._operated)
+        self._tell(news)
 
     def _now(self) -> tuple[float, float]:
         """Steady seconds for motion, and seconds since the epoch for stamps."""
@@ -158,8 +168,20 @@ class ConveyorNode(Node):
             self.get_logger().warning(f'rejected {event.box_id}: {event.text}')
         for event in (*news.repeated, *news.events):
             self._events.publish(event_to_ros(event))
+        if self._operator.look(*self._now()) is not None:
+            self._publish_alarms()
+            self._publish_diagnostics()
         if news.changed:
             self._publish_scan()
+
+    def _operated(self) -> None:
+        """An operator has changed something: all see it at once."""
+        self._publish_alarms()
+        self._publish_diagnostics()
+
+    def _publish_alarms(self) -> None:
+        name, stamp_s = self.get_fully_qualified_name(), self._now()[1]
+        self._alarms.publish(alarms_to_ros(name, self._operator.standing, stamp_s))
 
     def _on_timer(self) -> None:
         news = self._conveyor.tick(*self._now())
@@ -209,6 +231,11 @@ class ConveyorNode(Node):
         executing = msg.mode == ExecutorState.MODE_EXECUTING
         box_id = check_name('active_box_id', msg.active_box_id) if executing else ''
         self._tell(self._conveyor.on_handled(box_id, *self._now()))
+        stands = msg.mode in _ARM_STANDS
+        if stands != self._arm_stands:
+            self._arm_stands = stands
+            self._tell(self._conveyor.stand_with_arm(stands, *self._now()))
+            self._publish_diagnostics()
 
     def _on_report(self, msg: PlacementReport) -> None:
         report = report_from_ros(msg)
@@ -236,47 +263,10 @@ class ConveyorNode(Node):
         named = [check_name('box_id', box_id) for box_id in box_ids if box_id]
         self._tell(self._conveyor.on_content(named, content_stamp_s, *self._now()), topic)
 
-    def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        self._tell(self._conveyor.pause(request.data, *self._now()))
-        response.success = True
-        response.message = self._conveyor.condition
-        return response
-
-    def _on_drain(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        self._tell(self._conveyor.drain(request.data, *self._now()))
-        response.success = True
-        response.message = self._conveyor.condition
-        return response
-
-    def _on_insert(
-        self, request: InsertBox.Request, response: InsertBox.Response
-    ) -> InsertBox.Response:
-        return self._by_hand(
-            response, lambda: self._conveyor.insert_box(box_from_ros(request.box), *self._now())
-        )
-
-    def _on_remove(
-        self, request: RemoveBox.Request, response: RemoveBox.Response
-    ) -> RemoveBox.Response:
-        return self._by_hand(
-            response,
-            lambda: self._conveyor.remove_box(check_name('box_id', request.box_id), *self._now()),
-        )
-
-    def _by_hand(self, response: Any, do: Callable[[], ConveyorNews]) -> Any:  # noqa: ANN401 - either
-        """Do what the operator asks for; the response says why not."""
-        try:
-            news = do()
-        except ValueError as error:
-            response.message = str(error)
-            return response
-        response.success = True
-        self._tell(news)
-        return response
-
     def _publish_diagnostics(self) -> None:
         name, stamp = self.get_fully_qualified_name(), self.get_clock().now().to_msg()
-        self._diagnostics.publish(diagnostics_to_ros(name, self._conveyor, stamp))
+        said = self._operator.said
+        self._diagnostics.publish(diagnostics_to_ros(name, self._conveyor, said, stamp))
 
     def _complain(self, topic: str, why: str) -> None:
         self.get_logger().warning(f'ignored on {topic}: {why}', throttle_duration_sec=THROTTLE_S)

@@ -444,6 +444,22 @@ class RunOptions:
         parameters=('conveyor.speed', 'arm_executor.speed', 'planner.speed'),
         in_summary=True,
     )
+    acknowledge: str = option(
+        'itself',
+        'who acknowledges an alarm (lost box, collision, jam) before the arm moves again',
+        _ACT,
+        read=OneOf(
+            lambda: {
+                'itself': 'nobody need stand by: it is shown, and the cell goes on',
+                'operator': 'the cell waits for `cell ack`',
+            }
+        ),
+        default_text='`itself` with a simulated arm, else `operator`',
+        see='operations.md#three-kinds-of-trouble',
+        # Who launches a cell has an arm or a person beside it.
+        launch_default='operator',
+        parameters=('conveyor.acknowledge', 'arm_executor.acknowledge'),
+    )
     respawn: bool = option(
         '',
         'start a node again when it dies, instead of ending the run',
@@ -537,6 +553,8 @@ def run_options(given: Mapping[str, Any]) -> RunOptions:
             )
         elif named.declaration.by_profile is not None:
             values[named.key] = named.declaration.by_profile[profile]
+    if 'acknowledge' not in given and not find_arm(values.get('arm', DEFAULT_ARM)).simulated:
+        values['acknowledge'] = 'operator'
     options = RunOptions(**values)
     if 'grasp_faces' in given:
         return options

@@ -85,11 +85,13 @@ def disagreements(books: BoxAccounts, record: RunRecord) -> list[str]:
     """Boxes that the conveyor's ledger and the bins do not agree about, a line each."""
     in_bins = record.ids_in_bins()
     places = _places(books, record)
+    # Put in by hand, of no stream: the conveyor never had them.
+    foreign = record.by_hand - set(places)
     by_ledger = {box_id for box_id, place in places.items() if place == 'placed'}
     return [
         *(
             f'box {box_id!r} is in a bin, not by the ledger'
-            for box_id in sorted(in_bins - by_ledger)
+            for box_id in sorted(in_bins - by_ledger - foreign)
         ),
         *(
             f'box {box_id!r} is placed by the ledger, and in no bin'

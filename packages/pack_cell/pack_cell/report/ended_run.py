@@ -93,8 +93,13 @@ class EndedRun:
 
     @cached_property
     def violations(self) -> list[Violation]:
-        """Every rule that a placement broke."""
-        return [broken for figures in self.all_bins for broken in figures.violations]
+        """Every rule that a placement broke, but where people have changed a bin by hand."""
+        return [
+            broken
+            for figures in self.all_bins
+            if figures.bin_id not in self.record.bins_by_hand
+            for broken in figures.violations
+        ]
 
     @cached_property
     def unaccounted(self) -> list[str]:

@@ -16,7 +16,7 @@ from pack_cell.report.placement_rows import placement_row
 from pack_cell.report.run_figures import RunFigures
 from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Report, Scan
 from pack_msgs_py.closing import ClosingReason
-from pack_msgs_py.codes import BoxEventKind
+from pack_msgs_py.codes import BoxEventKind, Reason
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.values import Bin, Box, PlacedBox
 
@@ -42,7 +42,8 @@ class RunRecord:
     """Feeds on scans, decisions, reports, events and bins, in any order and more than once.
 
     ``all_reports`` are the latest by goal; ``figures`` count them all. ``start_ids`` are boxes that
-    were in bins before the run began.
+    were in bins before the run began. ``by_hand`` are ids of boxes that people have put into a bin
+    or taken out of one, ``bins_by_hand`` those of the bins.
     """
 
     boxes: dict[str, Box] = field(default_factory=dict)
@@ -58,6 +59,8 @@ class RunRecord:
     archive: Archive | None = None
     start_ids: frozenset[str] = frozenset()
     figures: RunFigures = field(default_factory=RunFigures)
+    by_hand: set[str] = field(default_factory=set)
+    bins_by_hand: set[str] = field(default_factory=set)
     _decision_keys: dict[tuple[str, int, float], None] = field(default_factory=dict)
     _last: Counter[BoxEventKind] = field(default_factory=Counter)
 
@@ -108,8 +111,12 @@ class RunRecord:
         if self._archived(event.box_id):
             return False
         placed = before is not None and before.event is BoxEventKind.PLACED
-        if placed and event.event is BoxEventKind.REJECTED:
+        taken_out = event.event is BoxEventKind.REJECTED and bool(event.bin_id)
+        if placed and event.event is BoxEventKind.REJECTED and not taken_out:
             return False  # the arm was quicker than the reject lane
+        if taken_out or (event.event, event.reason) == (BoxEventKind.PLACED, Reason.OPERATOR):
+            self.by_hand.add(event.box_id)
+            self.bins_by_hand.add(event.bin_id)
         if before is not None:
             self._last[before.event] -= 1
         self._last[event.event] += 1
@@ -164,7 +171,7 @@ class RunRecord:
     def _is_done(self, box_id: str) -> bool:
         event, report = self.events.get(box_id), self.reports.get(box_id)
         placed = event is not None and event.event is BoxEventKind.PLACED
-        reported = report is not None and report.code.box_is_in_bin
+        reported = box_id in self.by_hand or (report is not None and report.code.box_is_in_bin)
         return box_id in self.start_ids or (placed and reported)
 
     def rows(self, box_ids: Iterable[str]) -> list[dict[str, Any]]:
@@ -286,16 +293,23 @@ class RunRecord:
     def complete(self) -> bool:
         """Whether the stream has ended and every box of it has come to its end."""
         scan = self.scan
-        if scan is None or scan.remaining != 0 or scan.boxes or self.settled < scan.supplied:
+        if scan is None or scan.remaining != 0 or not self.drained():
             return False
         return len(self.ids_in_bins()) == self.count(BoxEventKind.PLACED)
+
+    def drained(self) -> bool:
+        """Whether no box is on its way any more: all that came have come to their end."""
+        scan = self.scan
+        if scan is None or scan.boxes or any(self._last[kind] for kind in _PASSING):
+            return False
+        return self.settled >= scan.supplied
 
     def all_reported(self) -> bool:
         """Whether every placed box has a report that says so."""
         return all(
             box_id in self.reports and self.reports[box_id].code.box_is_in_bin
             for box_id, event in self.events.items()
-            if event.event is BoxEventKind.PLACED
+            if event.event is BoxEventKind.PLACED and box_id not in self.by_hand
         )
 
     def unaccounted(self, hidden: int = 0) -> list[str]:

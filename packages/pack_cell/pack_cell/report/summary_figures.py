@@ -150,6 +150,14 @@ FIGURES: tuple[SummaryFigure, ...] = (
         lambda value: value is None or (value['sum_is_right'] and not value['unknown']),
     ),
     SummaryFigure(
+        'by_hand',
+        'boxes that people have put into a bin or taken out of one; the rules are not judged in '
+        'these bins',
+        lambda run: len(run.record.by_hand),
+        'boxes',
+        lambda summary: f'{summary["by_hand"]} by hand' if summary['by_hand'] else '',
+    ),
+    SummaryFigure(
         'waits',
         'longest wait on the belt (robot time) and whose, most laps of a box, missed pick windows, '
         'jams',

@@ -22,6 +22,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from pack_cell.report.record import RunRecord
 from pack_cell.report.run_log import RunLog
+from pack_cell.ros.cell_monitor import CellMonitor
 from pack_msgs.msg import (
     BinState,
     BinStateArray,
@@ -30,6 +31,7 @@ from pack_msgs.msg import (
     PlacementDecision,
     PlacementReport,
 )
+from pack_msgs_py.cell_state import CellState
 from pack_msgs_py.ros import conversions, qos
 from pack_msgs_py.ros.run_node import run_node
 from pack_msgs_py.ros.sourced import Sources
@@ -138,7 +140,7 @@ class Recorder(Node):
             self._listener('event', event)
 
     def _on_bins(self, msg: BinStateArray) -> None:
-        self.record.on_bins(conversions.bins_from_ros(msg))
+        self.record.on_bins(conversions.bins_from_ros(msg, every=True))
 
     def _on_closed(self, msg: BinState) -> None:
         closed = conversions.bin_from_ros(msg)
@@ -154,13 +156,25 @@ class Recorder(Node):
 
 
 class SteppedRecorder:
-    """A recorder that is spun by its owner, step by step; leaves signals to the owner."""
+    """A recorder that is spun by its owner, step by step; leaves signals to the owner.
+
+    Publishes `cell_state`, too.
+    """
 
     def __init__(self, record: RunRecord, listener: Listener, log: RunLog | None = None) -> None:
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         self._recorder = Recorder(record, listener, log=log)
+        self._monitor = CellMonitor(self._recorder, scans=False)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self._recorder)
+
+    @property
+    def cell_state(self) -> CellState:
+        """The state of the whole cell now."""
+        scan = self._recorder.record.scan
+        if scan is not None:
+            self._monitor.watch.on_scan(len(scan.boxes), scan.remaining)
+        return self._monitor.state
 
     def listen(self, seconds: float) -> None:
         """Handle one message, or return after ``seconds``."""

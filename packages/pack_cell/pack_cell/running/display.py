@@ -10,10 +10,15 @@ from rich.text import Text
 from pack_cell.report.record import RunRecord
 from pack_cell.report.summary import summary_lines
 from pack_cell.running.screen import Screen
+from pack_cell.watching.state_text import COLOURS, alarm_line
+from pack_msgs_py.cell_state import CellState
 from pack_msgs_py.cell_values import BoxEvent, Decision, Report
 from pack_msgs_py.closing import ClosingReason
-from pack_msgs_py.codes import BoxEventKind
+from pack_msgs_py.codes import BoxEventKind, Condition
 from pack_msgs_py.values import Bin
+
+#: What an operator has done, or is to do: told as it comes.
+_SHOWN = (Condition.PAUSED, Condition.STOPPED, Condition.ALARM, Condition.DRAINING)
 
 
 class RunDisplay:
@@ -25,6 +30,8 @@ class RunDisplay:
         self._quiet = quiet
         self._closed: list[Bin] = []
         self._unexplained = ''
+        self._state: tuple[Condition, str] | None = None
+        self._alarms: set[tuple[str, str, float]] = set()
         self._progress = Progress(
             TextColumn('{task.description}'),
             BarColumn(bar_width=32),
@@ -67,6 +74,23 @@ class RunDisplay:
         self._progress.update(
             self._task, completed=self._record.settled, total=self._record.expected
         )
+
+    def on_state(self, state: CellState) -> None:
+        """Say when somebody has stopped the cell, when it needs somebody, and when it goes on."""
+        shown = state.condition in _SHOWN
+        # How many boxes are left is told by each box.
+        told = '' if state.condition is Condition.DRAINING else state.summary
+        if (state.condition, told) != self._state and (shown or self._state is not None):
+            self._state = (state.condition, told) if shown else None
+            action = f'. {state.next_action}' if state.next_action else ''
+            text = f'{state.summary.rstrip(".")}{action}'
+            self.say(f'       {text}', COLOURS[state.condition])
+        for alarm in state.alarms:
+            key = (alarm.code, alarm.box_id, alarm.raised_s)
+            if key not in self._alarms:
+                self._alarms.add(key)
+                if not shown:
+                    self.say(Text('     ').append_text(alarm_line(alarm)))
 
     def _tell_closed(self, *, at_last: bool = False) -> None:
         """Print bins once all that went into them is printed; bins and reports may overtake."""

@@ -38,6 +38,8 @@ from pack_cell.running.node_commands import RECORDER, node_specs, write_paramete
 from pack_cell.running.ros_domain import DomainLock, DomainTaken, hold_domain, loopback_trouble
 from pack_cell.running.supervisor import Supervisor
 from pack_cell.running.viewing import PageProcess
+from pack_msgs_py.cell_state import CellState
+from pack_msgs_py.codes import Condition
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.signals import signal_name
 from pack_msgs_py.values import Box
@@ -55,17 +57,25 @@ EXIT_STALLED = 4
 LAST_WORDS_S = 0.5
 #: How often the memory of the nodes is measured.
 MEMORY_PERIOD_S = 1.0
+#: A belt that an operator has drained is empty for so long before the run ends.
+DRAINED_S = 1.5
+#: Conditions in which the cell waits for people, however long that takes.
+WAITS_FOR_PEOPLE = (Condition.PAUSED, Condition.STOPPED, Condition.ALARM)
 #: The report of a box follows its event within milliseconds, unless the executor died between.
 REPORT_PATIENCE_S = 1.0
 
 
 @dataclass(frozen=True)
 class RunEnding:
-    """How the watching of a run came to its end: an exit code and, unless all is well, why."""
+    """How the watching of a run came to its end: an exit code and, unless all is well, why.
+
+    What is wrong with the books of a run that was ``interrupted`` does not change its exit code.
+    """
 
     code: int
     reason: str = ''
     details: Sequence[str] = ()
+    interrupted: bool = False
 
 
 class StopRequest:
@@ -249,8 +259,7 @@ def _run(kept: KeptRun, began: float, domain: DomainLock) -> int:
         return ending.code
     if ending.reason:
         display.console.tell(ending.reason)
-        return EXIT_OK
-    return EXIT_OK if is_clean(summary) else EXIT_PROBLEM
+    return EXIT_OK if ending.interrupted or is_clean(summary) else EXIT_PROBLEM
 
 
 def unheeded(stream: Stream, rules: Profile) -> Iterator[str]:
@@ -326,7 +335,8 @@ class RunWatch:
     def _ending(self, display: RunDisplay) -> RunEnding | None:
         if self.stop.signal is not None:
             name = signal_name(self.stop.signal)
-            return RunEnding(EXIT_OK, f'stopped by {name} before the stream ended')
+            reason = f'stopped by {name} before the stream ended'
+            return RunEnding(EXIT_OK, reason, interrupted=True)
         for death in self.supervisor.poll():
             if death.attendant:
                 display.console.tell(f'       {death}; the cell goes on without it', 'yellow')
@@ -339,7 +349,10 @@ class RunWatch:
             write_pids(self.folder, self.supervisor)
             display.say(f'       {death}; started again', 'red')
         self._measure()
+        state = self._heed_operator(display)
         idle = time.monotonic() - self._last_change
+        if idle > DRAINED_S and self._drained(state):
+            return RunEnding(EXIT_OK, f'{state.summary} {self._left()} were not fed')
         if self.record.complete():
             reported = self.record.all_reported()
             if idle > (LAST_WORDS_S if reported else REPORT_PATIENCE_S):
@@ -348,6 +361,26 @@ class RunWatch:
             self.supervisor.tell(RECORDER, signal.SIGUSR2)
             return RunEnding(EXIT_STALLED, f'nothing has happened for {idle:.0f} s, {self._why()}')
         return None
+
+    def _drained(self, state: CellState) -> bool:
+        """Whether an operator has drained the belt, and nothing is left to be packed."""
+        scan = self.record.scan
+        left = scan is not None and scan.remaining != 0
+        return left and state.condition is Condition.ENDED and self.record.drained()
+
+    def _left(self) -> str:
+        """The boxes that are still to come, in words."""
+        scan = self.record.scan
+        return 'others' if scan is None or scan.remaining < 0 else f'{scan.remaining} boxes'
+
+    def _heed_operator(self, display: RunDisplay) -> CellState:
+        """Say when somebody has stopped the cell or must look; then it waits, and is no stall."""
+        assert self._recorder is not None
+        state = self._recorder.cell_state
+        display.on_state(state)
+        if state.condition in WAITS_FOR_PEOPLE:
+            self._last_change = time.monotonic()
+        return state
 
     def _why(self) -> str:
         """What is known of a stall."""

@@ -57,4 +57,14 @@ TOPICS: dict[str, QoSProfile] = {
     'placement_report': EVENTS,
     'box_event': EVENTS,
     'executor_state': HEARTBEAT,
+    'alarms': STATE,
+    'cell_state': STATE,
 }
+
+#: For a subscriber of `alarms`: every node publishes its own list, and none may push out another.
+ALARMS_HEARD = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST,
+    depth=20,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)

@@ -17,6 +17,7 @@ from pack_planner.coordination.alternatives import Planned
 from pack_planner.coordination.answers import TRANSIENT, CheckAnswer
 from pack_planner.coordination.awaited_bins import AwaitedBins
 from pack_planner.coordination.bin_answers import BinAnswers
+from pack_planner.coordination.doing import Doing, what_is_done
 from pack_planner.coordination.inputs import Heartbeat, Inputs, same_content
 from pack_planner.coordination.negotiation import (
     COUNTED_TIMEOUT_S,
@@ -243,6 +244,19 @@ class Coordinator:
         elif self._still_holds(outcome, plan.bins):
             self._carry_out(outcome, plan, announced=False)
 
+    def doing(self) -> Doing:
+        """What is done, and what is waited for."""
+        return what_is_done(
+            self._in,
+            self._goal,
+            alive=self._alive,
+            plans=self._plan is not None,
+            asks=self._asked is not None,
+            swaps=bool(self._awaited_bins),
+            stale=self._stale_inputs,
+            held=self._held,
+        )
+
     # --- what to do now ----------------------------------------------------------------------
 
     def step(self) -> None:
@@ -254,7 +268,7 @@ class Coordinator:
             if ended is not None:
                 self._conclude(self._goal, *ended)
         waiting = self._plan or self._awaited_bins or self._stale_inputs or self._held
-        if waiting or not self._alive or self._in.scan is None or self._in.bins is None:
+        if waiting or not self._alive or self._in.scan is None or not self._has_bins():
             return
         if self._goal is not None:
             self._plan_ahead(self._goal)
@@ -421,6 +435,9 @@ class Coordinator:
     def _scan(self) -> Scan:
         assert self._in.scan is not None
         return self._in.scan
+
+    def _has_bins(self) -> bool:
+        return self._in.bins is not None and bool(self._in.bins.bins)
 
     def _bins(self) -> tuple[Bin, ...]:
         assert self._in.bins is not None

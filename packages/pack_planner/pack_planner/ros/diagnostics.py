@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 
 from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.codes import ErrorCode, PlacementStatus
+from pack_planner.coordination.doing import Doing
 
 PERIOD_S = 1.0
 
 
 class Diagnostics:
-    """Counts decisions, and publishes the figures once a second."""
+    """Counts decisions, and publishes the figures once a second; ``doing`` tells what is done."""
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: Node, doing: Callable[[], Doing]) -> None:
         self._node = node
+        self._doing = doing
         self._last: Decision | None = None
         self._placed = self._rejected = self._asked = self._possible = self._candidates = 0
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
@@ -34,7 +38,9 @@ class Diagnostics:
             self._possible += decision.first_refusal is ErrorCode.NONE
 
     def _publish(self) -> None:
+        doing = self._doing()
         values = {
+            'waits_for': doing.waits_for,
             'algorithm': str(self._node.get_parameter('algorithm').value),
             'decisions': f'{self._placed} placements, {self._rejected} rejected',
         }
@@ -47,7 +53,7 @@ class Diagnostics:
         status = DiagnosticStatus(
             level=DiagnosticStatus.OK,
             name=self._node.get_fully_qualified_name().lstrip('/'),
-            message='deciding' if self._last is not None else 'no decision yet',
+            message=doing.state,
             values=[KeyValue(key=key, value=value) for key, value in values.items()],
         )
         msg = DiagnosticArray(status=[status])

@@ -144,7 +144,7 @@ class PlannerNode(Node):
         self._action = ActionClient(self, PlaceBox, 'place_box')
         self._swap_bin = self.create_client(SwapBin, 'swap_bin')
         self._asker = ArmAsker(self, self.coordinator.on_checked)
-        self._diagnostics = Diagnostics(self)
+        self._diagnostics = Diagnostics(self, self.coordinator.doing)
         self._listen(
             PlacementReport,
             'placement_report',

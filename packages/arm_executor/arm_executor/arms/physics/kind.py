@@ -27,4 +27,5 @@ PHYSICS = ArmKind(
     moves_robot=True,
     lifting_limit=lifting_limit,
     keeps_true_boxes=True,
+    simulated=True,
 )

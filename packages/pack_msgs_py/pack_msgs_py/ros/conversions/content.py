@@ -203,10 +203,12 @@ def bins_to_ros(
     return msg
 
 
-def bins_from_ros(msg: BinStateArray) -> BinSnapshot:
-    """pack_msgs/BinStateArray as a checked value; only bins that accept boxes."""
+def bins_from_ros(msg: BinStateArray, *, every: bool = False) -> BinSnapshot:
+    """pack_msgs/BinStateArray as a checked value; only bins that accept boxes, or ``every`` one."""
     check_length('bin_state', msg.bins, MOST_BINS)
-    bins = [bin_from_ros(state) for state in msg.bins if state.status == BinState.STATUS_OPEN]
+    bins = [
+        bin_from_ros(state) for state in msg.bins if every or state.status == BinState.STATUS_OPEN
+    ]
     ids = [bin_.id for bin_ in bins]
     if len(set(ids)) != len(ids):
         text = f'bin ids {", ".join(ids)} must differ'

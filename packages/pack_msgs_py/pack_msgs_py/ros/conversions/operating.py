@@ -8,9 +8,12 @@ from pack_msgs.msg import CellState as CellStateMsg
 from pack_msgs.msg import NodeState as NodeStateMsg
 from pack_msgs_py.alarms import Alarm
 from pack_msgs_py.cell_state import CellState, NodeState
-from pack_msgs_py.checks import InvalidValue
+from pack_msgs_py.checks import InvalidValue, check_length, check_name, clean_text
 from pack_msgs_py.codes import Condition, Level, Severity
 from pack_msgs_py.ros.conversions.basic import time_from_ros, time_to_ros
+
+#: More than ever stand in a node at a time.
+MOST_ALARMS = 1000
 
 
 def alarm_to_ros(alarm: Alarm) -> AlarmMsg:
@@ -29,15 +32,15 @@ def alarm_to_ros(alarm: Alarm) -> AlarmMsg:
 def alarm_from_ros(msg: AlarmMsg) -> Alarm:
     """pack_msgs/Alarm as a checked value."""
     if not msg.code:
-        text = f'an alarm without a code: {msg.message!r}'
+        text = f'an alarm without a code: {clean_text(msg.message)!r}'
         raise InvalidValue(text)
     return Alarm(
-        code=msg.code,
-        message=msg.message,
+        code=check_name('code', msg.code),
+        message=clean_text(msg.message),
         severity=Severity(msg.severity),
-        action=msg.action,
-        box_id=msg.box_id,
-        bin_id=msg.bin_id,
+        action=clean_text(msg.action),
+        box_id=check_name('box_id', msg.box_id),
+        bin_id=check_name('bin_id', msg.bin_id),
         raised_s=time_from_ros(msg.raised),
     )
 
@@ -51,7 +54,8 @@ def alarms_to_ros(node: str, alarms: tuple[Alarm, ...], now_s: float) -> AlarmAr
 
 def alarms_from_ros(msg: AlarmArray) -> tuple[str, tuple[Alarm, ...]]:
     """Name of the node, and what stands in it."""
-    return msg.node, tuple(alarm_from_ros(alarm) for alarm in msg.alarms)
+    check_length('alarms', msg.alarms, MOST_ALARMS)
+    return check_name('node', msg.node), tuple(alarm_from_ros(alarm) for alarm in msg.alarms)
 
 
 def cell_state_to_ros(state: CellState) -> CellStateMsg:

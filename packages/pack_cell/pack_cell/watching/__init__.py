@@ -1,0 +1,1 @@
+"""What the nodes of a running cell say, put together; which cells run on this machine."""
