@@ -188,7 +188,9 @@ class FakeRobot(rclpy.node.Node):
     ``speed`` is robot seconds per wall-clock second.
     """
 
-    def __init__(self, start, *, kind='scaled', rail=None, speed=1.0, context=None, seven=False):
+    def __init__(
+        self, start, *, kind='scaled', rail=None, speed=1.0, context=None, seven=False, running=True
+    ):
         super().__init__('fake_robot', context=context)
         names = list(JOINT_NAMES) + (['rail_joint'] if rail is not None else [])
         values = [*start, *([rail] if rail is not None else [])]
@@ -217,7 +219,7 @@ class FakeRobot(rclpy.node.Node):
         self.create_service(SetIO, f'{status}/set_io', self._set_io)
         self.create_service(SetPayload, f'{status}/set_payload', self._set_payload)
         self.create_service(SetBool, 'vacuum', self._set_bool)
-        self.set_modes()
+        self.set_modes(running=running)
         self._last = time.monotonic()
         self.create_timer(TICK_S, self._tick)
 

@@ -187,7 +187,7 @@ def test_a_joint_off_its_path_ends_the_motion_and_the_box_goes_back(cell):
     bench = cell()
     handle = begin(bench)
     bench.wait_phase(PHASE.PHASE_TRANSFERRING)
-    bench.robot.push('elbow_joint', 0.15)
+    bench.robot.push('elbow_joint', 0.3)
     bench.wait(lambda: bench.robot.controllers[0].running is None, 'the abort')
     bench.robot.push('elbow_joint', 0.0)
     result = bench.result(handle)[1]
@@ -236,6 +236,17 @@ def test_a_robot_that_stops_while_nothing_is_done_is_noticed(cell):
     assert 'ROBOT_EMERGENCY_STOP' in bench.of('executor_state')[-1].message
 
 
+def test_a_robot_that_is_off_at_the_start_is_waited_for(cell):
+    bench = cell(robot={'running': False}, ready=False)
+    bench.wait_mode(ExecutorState.MODE_PROTECTIVE_STOP)
+    assert 'External Control' in bench.of('executor_state')[-1].message
+    bench.robot.unlock()
+    bench.wait(lambda: not bench.executor._core._trouble(), 'a robot that is ready')
+    assert reset(bench).success
+    bench.wait_mode(ExecutorState.MODE_IDLE)
+    assert place(bench).error_code == ErrorCode.NONE
+
+
 def test_a_lost_vacuum_is_a_lost_box(cell):
     bench = cell()
     handle = begin(bench)
@@ -251,6 +262,7 @@ def test_a_lost_vacuum_is_a_lost_box(cell):
 def test_an_arm_whose_pad_holds_something_at_the_start_does_not_begin(robot_of, spinners):
     robot = robot_of()
     robot._switch(True)
+    robot._vacuum_at -= 1.0
     node = rclpy.create_node('executor', context=spinners[0].context)
     link = RosRobotLink(node, TrajectoryParameters(), 0.0, 1.0)
     spinners[0].add(node, link.close)

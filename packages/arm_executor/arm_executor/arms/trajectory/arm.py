@@ -112,7 +112,8 @@ class TrajectoryArm:
         self._taken: TakenBox | None = None
         # The motion that is under way or ended early, and where in it the arm is.
         self._under_way: tuple[PlannedMotion, Leg] | None = None
-        self._set_payload(None)
+        # A driver takes it only while the robot runs, which it need not at the start.
+        self._payload_told = False
 
     # -- see arm_executor.model.arm_interface ----------------------------------------------------
 
@@ -158,6 +159,8 @@ class TrajectoryArm:
             astray = self._follower.astray(motion.approach.q[0])
             if astray:
                 return MotionResult(ErrorCode.START_STATE_INVALID, astray)
+            if not self._payload_told:
+                self._set_payload(None)
             self._bring(run, motion)
             placed = self._let_go(run, motion)
             self._retreat(run, motion)
@@ -357,7 +360,9 @@ class TrajectoryArm:
             z = (mass * z + load.mass * below) / whole
             mass = whole
         centre: Vec3 = (x, y, z)
+        self._payload_told = False
         self._link.set_payload(mass, centre)
+        self._payload_told = True
 
     def _pad(self, q: Array) -> Array:
         pose: Array = self._planning.motions.kinematics.tool(q)[0]

@@ -96,7 +96,8 @@ class TrajectoryParameters:
         read_only=True,
     )  # fmt: skip
     path_tolerance: float = parameter(
-        0.1, 'Farthest that a joint may be from its path, metres for the rail.', unit='rad',
+        0.2, 'Farthest that a joint may be from its path, metres for the rail; a robot lags behind '
+        'by some hundredths of a second.', unit='rad',
         low=0.001, high=1.0, read_only=True,
     )  # fmt: skip
     goal_tolerance: float = parameter(
