@@ -5,6 +5,8 @@ from __future__ import annotations
 import pytest
 from run_checks import TIMED, StartCell, assert_every_box_in_one_place, assert_rules_hold
 
+from pack_cell.recording.reading import read_messages
+
 pytestmark = pytest.mark.cell
 
 
@@ -62,6 +64,10 @@ def test_without_respawn_a_dead_node_ends_the_run_with_its_name(
     assert cell.wait(30) == 3, cell.text()
     assert f'node {node} was killed by SIGKILL' in '\n'.join(cell.lines)
     assert cell.summary()['unaccounted'] == 0, cell.summary()['problems']
+    [kept] = (cell.out / 'state' / 'faults' / 'NODE_DIED').iterdir()
+    said = {message.topic.name for message in read_messages(kept / 'last_seconds.mcap')}
+    assert {'/placements', '/bin_state', '/box_scan'} <= said
+    assert (kept / 'executor.sqlite').exists() and (kept / 'conveyor.sqlite').exists()
 
 
 def test_ctrl_c_ends_with_code_0_and_a_summary(start_cell: StartCell) -> None:
