@@ -14,11 +14,16 @@ from std_msgs.msg import String
 from pack_cell.recording.reading import find_recordings, read_messages
 from pack_cell.ros.message_definitions import message_definition
 from pack_cell.ros.topic_recorder import TopicRecorder
-from pack_msgs.msg import ExecutorState
+from pack_msgs.msg import AlarmArray, ExecutorState
+from pack_msgs_py.alarms import Alarm
+from pack_msgs_py.codes import Severity
 from pack_msgs_py.ros import qos
+from pack_msgs_py.ros.conversions import alarms_to_ros
 from pack_msgs_py.ros.testing import Spinner
 
 pytestmark = pytest.mark.ros
+
+WARNING = Severity.WARNING
 
 
 def recorder_in(spinner: Spinner, folder: Path, **given: str) -> TopicRecorder:
@@ -85,6 +90,23 @@ def test_a_fault_is_kept_also_when_nothing_is_recorded(ros_domain: int, tmp_path
     [folder] = (tmp_path / 'state' / 'faults' / 'ARM_PROTECTIVE_STOP').iterdir()
     kept = [m for m in read_messages(find_recordings(folder)[0]) if m.topic.name.endswith('_state')]
     assert len(kept) == 2
+
+
+def test_an_alarm_that_stands_is_kept_once_under_its_code(ros_domain: int, tmp_path: Path) -> None:
+    jam = alarms_to_ros('conveyor', [Alarm('JAM', 'the belt stands'), Alarm('w', '', WARNING)], 1.0)
+    with Spinner(domain=ros_domain) as spinner:
+        conveyor = Node('conveyor', namespace='cell_1', context=spinner.context)
+        alarms = conveyor.create_publisher(AlarmArray, 'alarms', 10)
+        spinner.add(conveyor)
+        recorder = recorder_in(spinner, tmp_path)
+        spinner.add(recorder, recorder.close)
+        wait_until(alarms.get_subscription_count)
+        for _ in range(2):
+            heard = recorder.heard
+            alarms.publish(jam)
+            wait_until(lambda before=heard: recorder.heard > before)
+    [folder] = (tmp_path / 'state' / 'faults').glob('*/*')
+    assert folder.parent.name == 'JAM'
 
 
 def test_a_definition_holds_every_message_that_it_is_made_of() -> None:

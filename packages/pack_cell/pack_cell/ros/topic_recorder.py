@@ -39,8 +39,8 @@ from pack_cell.recording.messages import RecordedMessage, RecordedTopic
 from pack_cell.recording.parameters import RecorderParameters
 from pack_cell.ros.message_definitions import message_class, message_definition
 from pack_cell.ros.topic_offers import offer_of, request_for
-from pack_msgs.msg import BoxEvent, ExecutorState, PlacementReport
-from pack_msgs_py.codes import Mode
+from pack_msgs.msg import AlarmArray, BoxEvent, ExecutorState, PlacementReport
+from pack_msgs_py.codes import Mode, Severity
 from pack_msgs_py.ros import conversions
 from pack_msgs_py.ros.declare_parameters import declare_parameters
 
@@ -69,13 +69,15 @@ class TopicRecorder(Node):
         self._faults = FaultFolders(Path(given.state_dir)) if given.state_dir else None
         self._flight = FlightBuffer(given.keep_s)
         self._topics: dict[str, RecordedTopic | None] = {}
-        self._readers: dict[str, Callable[[bytes], str]] = {
+        self._readers: dict[str, Callable[[bytes], tuple[str, ...]]] = {
             'pack_msgs/msg/PlacementReport': _fault_in_report,
             'pack_msgs/msg/BoxEvent': _fault_in_event,
             'pack_msgs/msg/ExecutorState': self._fault_in_state,
+            'pack_msgs/msg/AlarmArray': self._faults_in_alarms,
             'diagnostic_msgs/msg/DiagnosticArray': self._note_diagnostics,
         }
         self._nodes: dict[str, Any] = {}
+        self._alarms: dict[str, frozenset[str]] = {}
         self._mode = Mode.INACTIVE
         self._due: dict[str, float] = {}
         self.heard = 0
@@ -150,8 +152,7 @@ class TopicRecorder(Node):
             self._write(partial(self._file.add, message))
         if self._faults is not None:
             self._flight.add(message)
-            code = self._fault_in(topic.type_name, data)
-            if code:
+            for code in self._faults_in(topic.type_name, data):
                 self.note(code)
 
     def _write(self, write: Callable[[], None]) -> None:
@@ -182,15 +183,21 @@ class TopicRecorder(Node):
         # At the end the logger has nobody to publish to any more.
         print(f'topic_recorder: {text}', flush=True)
 
-    def _fault_in(self, type_name: str, data: bytes) -> str:
-        """Code of the fault that a message tells of; empty for none."""
+    def _faults_in(self, type_name: str, data: bytes) -> list[str]:
+        """Codes of the faults that a message tells of."""
         read = self._readers.get(type_name)
         try:
-            return '' if read is None else read(data)
+            return [] if read is None else [code for code in read(data) if code]
         except ValueError:
-            return ''
+            return []
 
-    def _fault_in_state(self, data: bytes) -> str:
+    def _faults_in_alarms(self, data: bytes) -> tuple[str, ...]:
+        node, alarms = conversions.alarms_from_ros(deserialize_message(data, AlarmArray))
+        codes = frozenset(each.code for each in alarms if each.severity is Severity.ALARM)
+        before, self._alarms[node] = self._alarms.get(node, frozenset()), codes
+        return tuple(codes - before)
+
+    def _fault_in_state(self, data: bytes) -> tuple[str, ...]:
         msg = deserialize_message(data, ExecutorState)
         before, self._mode = self._mode, Mode(msg.mode)
         self._nodes['executor_state'] = {
@@ -198,24 +205,26 @@ class TopicRecorder(Node):
             'active_box_id': msg.active_box_id,
             'message': msg.message,
         }
-        return fault_of_mode(self._mode) if self._mode is not before else ''
+        return (fault_of_mode(self._mode),) if self._mode is not before else ()
 
-    def _note_diagnostics(self, data: bytes) -> str:
+    def _note_diagnostics(self, data: bytes) -> tuple[str, ...]:
         for status in deserialize_message(data, DiagnosticArray).status:
             self._nodes[status.name] = {
                 'level': int.from_bytes(status.level, 'little'),
                 'message': status.message,
                 **{value.key: value.value for value in status.values},
             }
-        return ''
+        return ()
 
 
-def _fault_in_report(data: bytes) -> str:
-    return fault_of_report(conversions.report_from_ros(deserialize_message(data, PlacementReport)))
+def _fault_in_report(data: bytes) -> tuple[str, ...]:
+    report = conversions.report_from_ros(deserialize_message(data, PlacementReport))
+    return (fault_of_report(report),)
 
 
-def _fault_in_event(data: bytes) -> str:
-    return fault_of_event(conversions.event_from_ros(deserialize_message(data, BoxEvent)))
+def _fault_in_event(data: bytes) -> tuple[str, ...]:
+    event = conversions.event_from_ros(deserialize_message(data, BoxEvent))
+    return (fault_of_event(event),)
 
 
 class Signals:
