@@ -253,6 +253,9 @@ def record(recorder: TopicRecorder, signals: Signals) -> None:
         executor.spin_once(timeout_sec=LOOK_PERIOD_S)
         while signals.faults:
             recorder.note(signals.faults.pop())
+    # Both signals may have come at once.
+    for code in signals.faults:
+        recorder.note(code)
     until_s = time.monotonic() + LAST_WORDS_S
     heard = -1
     while heard != recorder.heard and time.monotonic() < until_s:
