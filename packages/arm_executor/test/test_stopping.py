@@ -65,3 +65,12 @@ def test_a_heavy_box_is_stopped_more_gently_than_a_light_one(timing, swing):
     middle = timed.duration / 2
     gentle, hard = (stopped(timing, timed, middle, load) for load in (HEAVY, LIGHT))
     assert hard.duration < gentle.duration < 1.0
+
+
+def test_a_robot_that_runs_slowly_stops_within_less_time(timing, swing):
+    timed = timing.trajectory(swing, HEAVY, PERIOD)
+    middle = timed.duration / 2
+    full, half = (stopped(timing, timed, middle, HEAVY, pace=pace) for pace in (1.0, 0.5))
+    assert half.duration / 0.5 < full.duration
+    directions, bounds = timing.tool_limits(HEAVY)
+    assert (pad_acceleration(half)[1:-1] * 0.5**2 @ directions.T <= bounds * 1.1 + 0.2).all()

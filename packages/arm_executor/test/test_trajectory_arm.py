@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -30,6 +31,7 @@ from arm_executor.model.robot_data import find_robot
 from arm_executor.motion.timing import Load, MotionLimits, Timing
 from arm_executor.ros.node import ArmExecutor
 from arm_executor.ros.robot_link import RosRobotLink
+from arm_executor.ros.robot_motion import RobotMotion, TrajectoryPart
 from pack_msgs.action import PlaceBox
 from pack_msgs.msg import ExecutorState
 from pack_msgs_py.codes import ErrorCode
@@ -208,6 +210,24 @@ def test_the_speed_slider_counts_towards_time_and_deadline(cell):
     assert result.error_code == ErrorCode.DEADLINE_UNREACHABLE
 
 
+def test_a_slider_at_zero_ends_motion_and_way_back_and_the_box_stays_in_the_gripper(
+    cell, monkeypatch
+):
+    monkeypatch.setattr('arm_executor.arms.trajectory.following.STALLED_S', 0.5)
+    bench = cell(watchdog_s=1.0)
+    handle = begin(bench)
+    bench.wait_phase(PHASE.PHASE_TRANSFERRING)
+    slide(bench, 0.0)
+    result = bench.result(handle)[1]
+    assert result.error_code == ErrorCode.PROTECTIVE_STOP
+    assert 'no progress' in result.error_msg and 'speed slider at zero' in result.error_msg
+    assert bench.robot.holds()
+    slide(bench, 1.0)
+    bench.wait_mode(ExecutorState.MODE_PROTECTIVE_STOP)
+    assert reset(bench).success
+    assert bench.events(BOX.id) == ['PICKED', 'RETURNED']
+
+
 def test_a_protective_stop_waits_for_the_robot_and_for_a_person(cell):
     bench = cell()
     handle = begin(bench)
@@ -302,6 +322,28 @@ def test_a_rail_is_a_second_controller_or_a_seventh_joint(cell, seven):
         for goal in goals if 'rail_joint' in goal.trajectory.joint_names
     ]  # fmt: skip
     assert max(moved) > 0.1
+
+
+def test_a_rail_does_not_slow_down_with_the_arm_so_neither_may_be_slowed(cell):
+    bench = cell(
+        robot={'rail': 0.0}, rail=(-2.4, 2.4), trajectory__rail_controller='rail_controller'
+    )
+    slide(bench, 0.5)
+    result = place(bench)
+    assert result.error_code == ErrorCode.START_STATE_INVALID
+    assert 'set the speed slider to 100 %' in result.error_msg
+
+
+def test_arm_and_rail_out_of_step_are_both_cancelled():
+    parts, asked = [TrajectoryPart(['rail_joint']), TrajectoryPart(['a', 'b'])], []
+    for part, at_s in zip(parts, (1.0, 0.7), strict=True):
+        part.feedback = (time.monotonic(), at_s)
+        part.handle = type('Handle', (), {'cancel_goal_async': lambda self: asked.append(self)})()
+    motion = RobotMotion(parts, 3.0, 1.0, lambda: 1.0)
+    assert not motion.wait(0.0)
+    assert asked == [part.handle for part in parts]
+    code, text = motion.outcome()
+    assert code is ErrorCode.PATH_TOLERANCE_VIOLATED and 'out of step' in text
 
 
 def test_a_rail_that_nobody_moves_is_named():

@@ -24,14 +24,17 @@ _SHARE = 0.9
 _AT_REST = 1e-3
 
 
-def stopped(timing: Timing, timed: Trajectory, at_s: float, load: Load | None) -> Trajectory:
+def stopped(
+    timing: Timing, timed: Trajectory, at_s: float, load: Load | None, *, pace: float = 1.0
+) -> Trajectory:
     """The trajectory from ``at_s`` seconds on ``timed`` to rest on its path.
 
     Its samples are as far apart as those of ``timed``. ``load`` is what hangs on the pad: its
-    limits of suction hold as they do in planning.
+    limits of suction hold as they do in planning. A robot that runs trajectories at a ``pace``
+    below 1 bears a steeper stop: its accelerations shrink with the square.
     """
     period = float(timed.times[1] - timed.times[0])
-    limits = _Limits(timing, load)
+    limits = _Limits(timing, load, pace)
     at, rate, change = at_s, 1.0, 0.0
     rows = [(at, rate, change)]
     while rate > _AT_REST and at < timed.duration:
@@ -53,8 +56,8 @@ def stopped(timing: Timing, timed: Trajectory, at_s: float, load: Load | None) -
 class _Limits:
     """What limits ``dr/dt``: the pad, and the accelerations and torques of the joints."""
 
-    def __init__(self, timing: Timing, load: Load | None) -> None:
-        self._timing = timing
+    def __init__(self, timing: Timing, load: Load | None, pace: float) -> None:
+        self._timing, self._pace = timing, pace
         self._model = timing.dynamics(load)
         self._data = self._model.createData()
         self._frame = self._model.getFrameId('tcp')
@@ -83,7 +86,8 @@ class _Limits:
             ]
         )
         braked = slopes < -1e-9
-        allowed = np.maximum(_SHARE * most[braked] - now[braked], 0.0) / slopes[braked]
+        reserve = _SHARE * most[braked] / self._pace**2 - now[braked]
+        allowed = np.maximum(reserve, 0.0) / slopes[braked]
         return float(allowed.max()) if len(allowed) else -math.inf
 
     def _pad(self, q: Array, qd: Array, qdd: Array) -> tuple[Array, Array]:

@@ -27,8 +27,14 @@ _LOOK_S = 0.01
 _LEAD_S = 0.1
 #: The robot rests once no joint moved by more than this within :data:`_LOOK_S` times three.
 _STILL = 2e-4
+#: Below this share of its speed a robot is stopped at once: there is nothing to slow down.
+_CREEPS = 0.1
+#: A ramp that has not ended by then is cancelled; before the watchdog gives the arm up.
+_RAMP_TIMEOUT_S = 2.0
+#: A way back that makes no progress for so long is given up; a motion of a goal has a watchdog.
+STALLED_S = 10.0
 #: Longest that it takes to come to rest, and that a safety stop takes to be told of.
-_REST_TIMEOUT_S, _TROUBLE_TOLD_S = 3.0, 0.3
+_REST_TIMEOUT_S, _TROUBLE_TOLD_S = 0.8, 0.3
 
 
 class Follower:
@@ -91,8 +97,11 @@ class Follower:
         """
         upcoming = list(phases)
         motion = self._link.start(timed)
+        farthest_s, since = 0.0, time.monotonic()
         while not motion.wait(_LOOK_S):
             at_s = motion.at_s()
+            if at_s > farthest_s:
+                farthest_s, since = at_s, time.monotonic()
             if run is not None:
                 while upcoming and at_s >= upcoming[0][0] - 1e-9:
                     run.enter(upcoming.pop(0)[1], done_s + at_s)
@@ -101,6 +110,11 @@ class Follower:
                     self._stop(motion, timed, load)
                     self._check_grasp(load, ' while it was stopped on request')
                     raise MotionError(ErrorCode.CANCELED, 'the motion was stopped on request')
+            elif time.monotonic() - since > STALLED_S:
+                motion.cancel()
+                self._settle()
+                msg = f'no motion for {STALLED_S:g} s: is the speed slider at zero?'
+                raise MotionError(ErrorCode.MOTION_OVERDUE, msg)
             self._watch(motion, timed, at_s, load)
         code, text = motion.outcome()
         if code is not ErrorCode.NONE:
@@ -131,9 +145,10 @@ class Follower:
 
     def _stop(self, motion: RunningMotion, timed: Trajectory, load: Load | None) -> None:
         """Come to rest, along the path where the controller lets us."""
-        if not self._link.trouble() and self._ramps:
+        pace = self._link.speed_scaling()
+        if self._ramps and pace > _CREEPS and not self._link.trouble():
             at_s = min(motion.at_s() + _LEAD_S, timed.duration)
-            ramp = stopped(self._timing, timed, at_s, load)
+            ramp = stopped(self._timing, timed, at_s, load, pace=pace)
             times = np.r_[0.0, ramp.times + _LEAD_S]
             q, qd, qdd = (np.vstack([rows[:1], rows]) for rows in (ramp.q, ramp.qd, ramp.qdd))
             try:
@@ -141,7 +156,8 @@ class Follower:
             except MotionError:
                 motion.cancel()
             else:
-                slowing.wait(_REST_TIMEOUT_S + ramp.duration / max(self._link.speed_scaling(), 0.1))
+                if not slowing.wait(_RAMP_TIMEOUT_S):
+                    slowing.cancel()
         else:
             motion.cancel()
         self._settle()
