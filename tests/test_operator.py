@@ -66,5 +66,5 @@ def test_at_the_end_of_a_shift_the_belt_is_emptied_and_every_bin_closed(
     assert summary['accounts']['on_belt'] == 0
     assert summary['accounts']['rejected'] == {'operator': summary['rejected']}
     assert summary['placed'] + summary['rejected'] == summary['boxes_supplied'] < 60
-    in_bins = {row['bin_id'] for row in cell.placements() if row['outcome'] == 'placed'}
+    in_bins = {row['bin_serial'] for row in cell.placements() if row['outcome'] == 'placed'}
     assert in_bins and len(in_bins) == summary['closed_bins']
