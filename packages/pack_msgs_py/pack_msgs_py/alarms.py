@@ -31,6 +31,9 @@ TROUBLES: dict[str, Trouble] = {
     'BOX_LOST': Trouble(
         _ALARM, 'Find the box and take it out of the cell, look at the bin, then: cell ack'
     ),
+    'BOX_UNKNOWN': Trouble(
+        _ALARM, 'Look for the box, then: cell resolve BOX --placed or --removed, and: cell ack'
+    ),
     'COLLISION': Trouble(
         _ALARM, 'Look what the arm has touched and whether it is whole, then: cell ack'
     ),

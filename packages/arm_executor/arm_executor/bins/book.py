@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from arm_executor.bins.book_state import BookError, BookState
-from arm_executor.bins.doubt import DOUBT, Finder, Recovery, as_written, sorted_out
+from arm_executor.bins.doubt import DOUBT, Finder, Recovery, as_written, blocked_bins, sorted_out
 from arm_executor.bins.journal import Journal
 from arm_executor.bins.records import Attempt, Step, placed_of
 from arm_executor.bins.set_aside import held_bins, set_held_bins, vacant_stations
@@ -102,7 +102,8 @@ class BinBook:
         call :meth:`settled`. May be called again after a crash in between.
         """
         with self._lock:
-            recovery = sorted_out(self._journal.pending(), find)
+            stations = {bin_.serial: bin_.station for bin_ in self._journal.open_bins()}
+            recovery = sorted_out(self._journal.pending(), stations, find)
             text = 'the executor was restarted while the box was in the gripper'
             with self._journal.transaction():
                 for attempt in recovery.undecided:
@@ -124,6 +125,7 @@ class BinBook:
                     if station not in standing:
                         serves = self._destinations[number % len(self._destinations)]
                         self._journal.add_bin(self.new_bin(station, serves), self.stamp())
+            self.ids_in_bins = self._journal.box_ids_in_bins()
             self._load()
             return recovery
 
@@ -134,7 +136,8 @@ class BinBook:
             for bin_ in bins
             for attempt in self._journal.attempts_in(bin_.serial)
         }
-        self.state = BookState(self._journal.revision(), bins, poses, held_bins(self._journal))
+        held, blocked = held_bins(self._journal), blocked_bins(bins, self._journal.unknown())
+        self.state = BookState(self._journal.revision(), bins, poses, held, blocked)
 
     def new_bin(self, station: str, destination: str) -> Bin:
         """An empty bin with the next serial, for ``station``; nothing is written down."""
@@ -163,6 +166,39 @@ class BinBook:
                         self._journal.set_bin_revision(bin_.serial, bin_.revision + 1)
                 self._journal.set_revision(self.state.revision + 1)
             self._load()
+
+    def resolve(self, box_id: str, *, placed: bool, text: str) -> BoxEvent | None:
+        """A person has looked for a box in doubt: it is in its bin, or was taken away.
+
+        One in its bin must be measured, which verifies it: call :meth:`settled`. Of one that was
+        taken away the event is returned.
+
+        Raises
+        ------
+        BookError
+            No box of this name is in doubt.
+        """
+        with self._lock:
+            in_doubt = {attempt.placed.box.id: attempt for attempt in self._journal.unknown()}
+            if box_id not in in_doubt:
+                names = ', '.join(map(repr, in_doubt)) or 'none'
+                msg = f'box {box_id!r} is not in doubt; in doubt: {names}'
+                raise BookError(msg)
+            attempt, event = in_doubt[box_id], None
+            with self._journal.transaction():
+                if placed:
+                    self._journal.set_step(attempt.id, Step.PLACED, self.stamp())
+                else:
+                    event = self._event(attempt, BoxEventKind.REJECTED, Reason.OPERATOR, text)
+                    self._journal.set_step(attempt.id, Step.REMOVED, event.stamp_s)
+                    self._journal.add_event(event)
+                    known = self._bin(attempt.bin_serial)
+                    self._journal.set_bin_revision(known.serial, known.revision + 1)
+                    self._journal.set_revision(self.state.revision + 1)
+                self._journal.note(attempt.id, f'resolved: {text}', self.stamp())
+            self.ids_in_bins = self._journal.box_ids_in_bins()
+            self._load()
+            return event
 
     def events(self) -> tuple[BoxEvent, ...]:
         """Recent events with their original stamps, oldest first."""
@@ -227,13 +263,13 @@ class BinBook:
                 self._journal.set_bin_revision(changed.serial, changed.revision)
                 self._journal.set_revision(self.state.revision + 1)
                 self._journal.add_event(event)
-            self.state = BookState(
-                self.state.revision + 1,
-                tuple(
+            self.state = replace(
+                self.state,
+                revision=self.state.revision + 1,
+                bins=tuple(
                     changed if bin_.serial == changed.serial else bin_ for bin_ in self.state.bins
                 ),
-                {**self.state.poses, **poses},
-                self.state.held,
+                poses={**self.state.poses, **poses},
             )
             self.attempt = None
             return event
@@ -297,6 +333,8 @@ class BinBook:
                 names = ', '.join(bin_.id for bin_ in self.state.bins)
                 msg = f'there is no open bin {bin_id!r}; open are {names or "none"}'
                 raise BookError(msg)
+            if old.id in self.state.blocked:
+                raise BookError(self.state.blocked[old.id])
             if revision not in (0, old.revision):
                 msg = f'bin {bin_id!r} is at revision {old.revision}, you have seen {revision}'
                 raise BookError(msg)
@@ -311,11 +349,12 @@ class BinBook:
                 set_held_bins(self._journal, self.state.held - {old.id})
                 self._journal.set_revision(self.state.revision + 1)
             gone = {placed.box.id for placed in old.boxes}
-            self.state = BookState(
-                self.state.revision + 1,
-                (*(bin_ for bin_ in self.state.bins if bin_.serial != old.serial), new),
-                {key: pose for key, pose in self.state.poses.items() if key not in gone},
-                self.state.held - {old.id},
+            self.state = replace(
+                self.state,
+                revision=self.state.revision + 1,
+                bins=(*(bin_ for bin_ in self.state.bins if bin_.serial != old.serial), new),
+                poses={key: pose for key, pose in self.state.poses.items() if key not in gone},
+                held=self.state.held - {old.id},
             )
             return old, new
 

@@ -18,13 +18,15 @@ class BookState:
     """Every bin that stands in the cell, oldest first, and the pose of each box in them.
 
     ``poses`` are of the boxes' centres, in the frame of their bin, by box id. ``held`` are the ids
-    of bins that an operator keeps from being filled.
+    of bins that an operator keeps from being filled; ``blocked`` says of bins, by their ids, why
+    nobody may work on them.
     """
 
     revision: int
     bins: tuple[Bin, ...] = ()
     poses: Mapping[str, Pose] = field(default_factory=dict)
     held: frozenset[str] = frozenset()
+    blocked: Mapping[str, str] = field(default_factory=dict)
 
     def find(self, bin_id: str) -> Bin | None:
         """The open bin called ``bin_id``."""

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 from arm_executor.bins.records import Attempt, Step
 from arm_executor.model.arm_interface import FoundAt
+from pack_msgs_py.values import Bin
 
-#: Says where the box of a placement is that was picked, or whose release had begun; ``None`` when
-#: that cannot be told.
-Finder = Callable[[Attempt], FoundAt | None]
+#: Says where the box of a placement is that was picked, or whose release had begun, given also the
+#: station of its bin; ``None`` when that cannot be told.
+Finder = Callable[[Attempt, str], FoundAt | None]
 
 #: What others are told of a box in doubt.
 DOUBT = (
@@ -36,26 +37,42 @@ class Recovery:
     unmeasured: tuple[Attempt, ...] = ()
 
 
-def as_written(attempt: Attempt) -> FoundAt:
+def as_written(attempt: Attempt, station: str) -> FoundAt:
     """Where a box is in a world that begins anew as the journal says."""
     return FoundAt.IN_BIN if attempt.step.in_bin else FoundAt.ON_BELT
 
 
-def sorted_out(pending: list[Attempt], find: Finder) -> Recovery:
+def sorted_out(pending: Iterable[Attempt], stations: Mapping[int, str], find: Finder) -> Recovery:
     """What is to be done about each placement that was under way.
 
     A box that was only planned is still on the belt, one that the pad has let go is in its bin;
-    about the others ``find`` is asked.
+    about the others ``find`` is asked. ``stations`` are those of the bins, by serial.
     """
     undecided: list[Attempt] = []
     returned: list[Attempt] = []
     unmeasured: list[Attempt] = []
+    forgotten: list[Attempt] = []
     for attempt in pending:
-        if attempt.step is Step.PLACED:
+        if attempt.step is Step.PLANNED:
+            forgotten.append(attempt)
+        elif attempt.step is Step.PLACED:
             unmeasured.append(attempt)
-        elif attempt.step is not Step.PLANNED:
-            found = find(attempt)
+        else:
+            found = find(attempt, stations[attempt.bin_serial])
             kinds = {FoundAt.ON_BELT: returned, FoundAt.IN_BIN: unmeasured, None: undecided}
             kinds[found].append(attempt)
-    forgotten = tuple(attempt for attempt in pending if attempt.step is Step.PLANNED)
-    return Recovery(tuple(undecided), tuple(returned), forgotten, tuple(unmeasured))
+    return Recovery(tuple(undecided), tuple(returned), tuple(forgotten), tuple(unmeasured))
+
+
+def blocked_bins(bins: Iterable[Bin], unknown: Iterable[Attempt]) -> dict[str, str]:
+    """Why no box may go into which of ``bins``, by their ids, for placements in doubt."""
+    names = {bin_.serial: bin_.id for bin_ in bins}
+    return {
+        names[attempt.bin_serial]: (
+            f'bin {names[attempt.bin_serial]!r} is blocked: nobody knows whether box '
+            f'{attempt.placed.box.id!r} is in it; look, then cell resolve {attempt.placed.box.id} '
+            'with --placed or --removed'
+        )
+        for attempt in unknown
+        if attempt.bin_serial in names
+    }

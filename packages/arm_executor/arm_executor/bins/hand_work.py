@@ -67,7 +67,7 @@ class HandWork:
         """Take a bin away; its station stays empty until :meth:`open`. Returns the bin."""
         book = self._book
         with book.lock:
-            old = book.state.named(bin_id)
+            old = self._free_to_work_on(bin_id)
             if old.id == book.bin_in_use():
                 msg = f'a box is being placed into bin {old.id!r}'
                 raise BookError(msg)
@@ -77,13 +77,22 @@ class HandWork:
                 set_held_bins(book.journal, book.state.held - {old.id})
                 book.journal.set_revision(book.state.revision + 1)
             gone = {placed.box.id for placed in old.boxes}
-            book.state = BookState(
-                book.state.revision + 1,
-                tuple(bin_ for bin_ in book.state.bins if bin_.serial != old.serial),
-                {key: pose for key, pose in book.state.poses.items() if key not in gone},
-                book.state.held - {old.id},
+            book.state = replace(
+                book.state,
+                revision=book.state.revision + 1,
+                bins=tuple(bin_ for bin_ in book.state.bins if bin_.serial != old.serial),
+                poses={key: pose for key, pose in book.state.poses.items() if key not in gone},
+                held=book.state.held - {old.id},
             )
             return old
+
+    def _free_to_work_on(self, name: str) -> Bin:
+        """The open bin called ``name``; :class:`BookError` when there is none or it is blocked."""
+        state = self._book.state
+        known = state.named(name)
+        if known.id in state.blocked:
+            raise BookError(state.blocked[known.id])
+        return known
 
     def open(self, station: str, destination: str = '') -> Bin:
         """Put an empty bin at a station that was left empty."""
@@ -115,7 +124,7 @@ class HandWork:
         """
         book = self._book
         with book.lock:
-            target = book.state.named(bin_id)
+            target = self._free_to_work_on(bin_id)
             self._check_free(target, placed)
             pose = hand_pose(placed)
             stamp = book.stamp()
@@ -230,11 +239,12 @@ class HandWork:
         state = self._book.state
         changed = replace(bin_, boxes=boxes, revision=bin_.revision + 1)
         kept = {key: pose for key, pose in state.poses.items() if key != gone}
-        self._book.state = BookState(
-            state.revision + 1,
-            tuple(changed if each.serial == bin_.serial else each for each in state.bins),
-            {**kept, **poses},
-            state.held if held is None else held,
+        self._book.state = replace(
+            state,
+            revision=state.revision + 1,
+            bins=tuple(changed if each.serial == bin_.serial else each for each in state.bins),
+            poses={**kept, **poses},
+            held=state.held if held is None else held,
         )
 
 

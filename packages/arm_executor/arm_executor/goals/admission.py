@@ -69,6 +69,8 @@ def _refusals(goal: PlaceGoal, state: AdmissionState, *, with_deadline: bool) ->
     yield from _free(state)
     if target.id in state.bins.held:
         yield Refusal(ErrorCode.NOT_ACTIVE, f'bin {target.id!r} is held by an operator')
+    if target.id in state.bins.blocked:
+        yield Refusal(ErrorCode.NOT_ACTIVE, state.bins.blocked[target.id])
     yield from _once(goal.decision.box, state)
     yield from _on_belt(goal.decision.box, state)
     broken = placement_errors(goal.decision, target, state.profile)

@@ -13,7 +13,6 @@ import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from arm_executor.bins.book import BookState
 from arm_executor.bins.records import placed_of
 from arm_executor.goals.admission import AdmissionState, admit
 from arm_executor.goals.arm_request import request_of
@@ -72,10 +71,11 @@ def foresee(view: CandidateView, placing: Placing | None, *, under_way: bool) ->
     # As the planner expects it: with its top where it will be, not where it was planned.
     boxes = (*target.boxes, with_measured(placed, rest))
     expected = replace(target, boxes=boxes, revision=target.revision + 1)
-    bins = BookState(
-        now.revision + 1,
-        tuple(expected if bin_.serial == target.serial else bin_ for bin_ in now.bins),
-        {**poses, decision.box.id: rest},
+    bins = replace(
+        now,
+        revision=now.revision + 1,
+        bins=tuple(expected if bin_.serial == target.serial else bin_ for bin_ in now.bins),
+        poses={**poses, decision.box.id: rest},
     )
     ids = {*view.state.ids_in_bins, decision.box.id}
     state = replace(idle, bins=bins, ids_in_bins=ids)

@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from arm_executor.bins.book import BinBook, BookError
+from arm_executor.bins.doubt import DOUBT
 from arm_executor.bins.journal import JournalError
 from arm_executor.bins.operation_log import OperationLog
 from arm_executor.bins.records import Step
@@ -40,9 +41,11 @@ from arm_executor.goals.place_goal import PlaceGoal
 from arm_executor.goals.placing import Placing, Tools
 from arm_executor.goals.plan_cache import PlanCache
 from arm_executor.goals.reports import refusal_report
+from arm_executor.goals.resolving import finder, resolve_box
 from arm_executor.model.arm_interface import Arm, ClockedArm, MotionError, WatchedArm
 from arm_executor.model.layout import LayoutError
 from arm_executor.parameters import ExecutorSettings
+from pack_msgs_py.alarms import raised
 from pack_msgs_py.cell_values import Scan
 from pack_msgs_py.codes import ErrorCode, Mode
 from pack_msgs_py.values import Bin
@@ -286,6 +289,10 @@ class ExecutorCore:
         """After a protective stop: box back to the belt, and on. Answers (success, message)."""
         self._jobs.put(lambda: self._reset(ticket))
 
+    def resolve(self, ticket: Ticket, box_id: str, *, placed: bool, text: str) -> None:
+        """A person has looked for a box in doubt. Answers (success, message)."""
+        self._jobs.put(lambda: self._resolve(ticket, box_id, placed, text))
+
     def _admission_state(self, now_s: float) -> AdmissionState:
         status = self.status()
         placing = self._placing
@@ -320,7 +327,7 @@ class ExecutorCore:
     def _begin(self) -> None:
         try:
             arm = self._make_arm()
-            recovery = self._book.recover()
+            recovery = self._book.recover(finder(arm))
             state = self._book.state
             self._book.settled(arm.set_bins(state.bins, state.poses))
             self._in_world = tuple(bin_.serial for bin_ in state.bins)
@@ -331,6 +338,12 @@ class ExecutorCore:
             trace = '' if told else f'\n{traceback.format_exc()}'
             self.emit(Failed(f'cannot start: {error}{trace}'))
             return
+        for attempt in recovery.undecided:
+            box_id = attempt.placed.box.id
+            text = f'box {box_id!r} is unknown: {DOUBT}'
+            alarm = raised('BOX_UNKNOWN', text, self._wall(), box_id=box_id)
+            if alarm is not None:
+                self.panel.raise_alarm(alarm)
         for attempt in recovery.returned:
             text = f'box {attempt.placed.box.id!r} was in the gripper: returned'
             self.emit(Said('warning', text))
@@ -390,6 +403,14 @@ class ExecutorCore:
         except Exception:
             self.emit(Replied(ticket, (False, 'the executor failed; see its log')))
             raise
+
+    def _resolve(self, ticket: Ticket, box_id: str, placed: bool, text: str) -> None:
+        if self._tools is None or self._fault:
+            status = self.status()
+            answer = (False, f'the executor is in mode {status.mode.name}: {status.message}')
+        else:
+            answer = resolve_box(self._tools, box_id, placed=placed, text=text)
+        self.emit(Replied(ticket, answer))
 
     def _leave_protective_stop(self) -> tuple[bool, str]:
         if not self._protective_stop:

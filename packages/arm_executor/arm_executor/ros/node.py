@@ -5,6 +5,7 @@
 - service `check_placements` (CheckPlacements): can the arm do these, and how long would it take
 - service `swap_bin` (SwapBin): close a bin, open an empty one
 - service `cut_off` (CutOff): close the bins of a destination
+- service `~/resolve_box` (ResolveBox): where a box is that a crash has left in doubt
 - service `~/operate` (Operate): pause, stop, reset, acknowledge, and what is done with bins; with
   who and why, for the journal
 - services `~/insert_box` (InsertPlacedBox) and `~/remove_box` (RemoveBox): by hand, into a bin and
@@ -66,6 +67,7 @@ from arm_executor.ros.messages import (
 )
 from arm_executor.ros.operating import OperatorServices
 from arm_executor.ros.publishers import Publishers
+from arm_executor.ros.resolving import ResolveService
 from arm_executor.ros.services import Services
 from arm_executor.ros.views import Views
 from pack_msgs.action import PlaceBox
@@ -206,6 +208,7 @@ class ArmExecutor(Node):
         self._served = Services(
             self, self._core, bins, self._layout, self._orientations, self._drain
         )
+        ResolveService(self, self._core)
         OperatorServices(self, self._core, bins, self._drain, self._operated)
         self._publish.alarms(self._core.panel.standing)
         self._action = ActionServer(

@@ -57,6 +57,7 @@ class Publishers:
         stamp_s = time_from_ros(self._stamp())
         snapshot = BinSnapshot(state.revision, stamp_s, state.bins)
         status = dict.fromkeys(state.held, BinStatus.HELD)
+        status |= dict.fromkeys(state.blocked, BinStatus.BLOCKED)
         self._bin_state.publish(conversions.bins_to_ros(snapshot, dict(state.poses), status))
 
     def alarms(self, standing: tuple[Alarm, ...]) -> None:

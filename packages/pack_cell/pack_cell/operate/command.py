@@ -108,6 +108,7 @@ def _steps(client: CellClient, parsed: argparse.Namespace) -> Sequence[Answer]:
         'ack': lambda: _acknowledge(client),
         'remove': lambda: [_remove(client, parsed.subject)],
         'insert': lambda: [_insert(client, parsed)],
+        'resolve': lambda: [client.resolve(parsed.subject, placed=parsed.placed)],
         'finish': lambda: _finish(client),
     }
     return several[verb]()

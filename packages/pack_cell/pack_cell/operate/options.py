@@ -27,7 +27,7 @@ class OperatorVerb:
 BIN_TEXT = 'a bin by its id, or the station where it stands: A, B or C'
 BOX_TEXT = 'the id of the box'
 
-#: All but ``insert``, which takes more.
+#: All but ``insert`` and ``resolve``, which take more.
 OPERATOR_VERBS = (
     OperatorVerb('pause', 'finish the box that is under way, then let arm and belt stand'),
     OperatorVerb('resume', 'go on after a pause'),
@@ -46,7 +46,7 @@ OPERATOR_VERBS = (
 )
 
 #: Every verb that works on a running cell.
-OPERATING = (*(verb.name for verb in OPERATOR_VERBS), 'insert', 'status')
+OPERATING = (*(verb.name for verb in OPERATOR_VERBS), 'insert', 'resolve', 'status')
 
 
 def add_operate(verbs: Any) -> None:  # noqa: ANN401 - argparse does not name its subparsers
@@ -78,6 +78,13 @@ def add_operate(verbs: Any) -> None:  # noqa: ANN401 - argparse does not name it
         '--orientation', choices=ORIENTATIONS, default='xyz', help='box axes along those of the bin'
     )
     _add_common(insert)
+    text = 'a box that a crash has left in doubt was looked for'
+    resolve = verbs.add_parser('resolve', help=text, description=_sentence(text))
+    resolve.add_argument('subject', metavar='BOX', help=BOX_TEXT)
+    where = resolve.add_mutually_exclusive_group(required=True)
+    where.add_argument('--placed', action='store_true', help='it is in the bin it was bound for')
+    where.add_argument('--removed', action='store_true', help='it was taken out of the cell')
+    _add_common(resolve)
     status = verbs.add_parser(
         'status',
         help='what the running cell does, what it waits for, and what to do next',

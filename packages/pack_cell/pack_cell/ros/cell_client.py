@@ -15,7 +15,7 @@ from pack_cell.ros.cell_monitor import CellListener
 from pack_cell.watching.cell_watch import ARM_EXECUTOR, CONVEYOR, CellWatch
 from pack_cell.watching.finding import NoCell, namespace_of_cell
 from pack_msgs.msg import BinStateArray
-from pack_msgs.srv import InsertBox, InsertPlacedBox, Operate, RemoveBox
+from pack_msgs.srv import InsertBox, InsertPlacedBox, Operate, RemoveBox, ResolveBox
 from pack_msgs_py.codes import Command
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.ros import conversions, qos
@@ -148,6 +148,13 @@ class CellClient:
         """A box was taken away by hand: from the belt, or from a bin of the arm executor."""
         request = RemoveBox.Request(box_id=box_id, who=self._who, why=self._why)
         return self._call(RemoveBox, f'{node}/remove_box', request)
+
+    def resolve(self, box_id: str, *, placed: bool) -> Answer:
+        """A person has looked for a box in doubt: it is in its bin, or was taken away."""
+        request = ResolveBox.Request(
+            box_id=box_id, placed=placed, who=self._who, why=self._why or 'no reason given'
+        )
+        return self._call(ResolveBox, f'{ARM_EXECUTOR}/resolve_box', request)
 
     def insert_on_belt(self, box: Box) -> Answer:
         """A box is laid on the belt by hand."""
