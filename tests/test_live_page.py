@@ -19,6 +19,7 @@ from page_client import CHROMIUM, Browser, SocketClient, page_state, wait_until
 from run_checks import TIMED, StartCell, assert_every_box_in_one_place
 from view_cases import (
     PLACED,
+    beat,
     bins_of,
     box,
     decision_for,
@@ -103,6 +104,7 @@ def test_buttons_ask_for_what_they_say(served: Served) -> None:
         ('Pause', Order.PAUSE),
         ('Stop', Order.STOP),
         ('Swap this bin', Order.SWAP_BIN),
+        ('Empty the belt to the reject lane', Order.EMPTY),
     ):
         client.press(label)
         assert served.order() == (order, 'LDC-1')
@@ -140,7 +142,7 @@ def test_in_a_browser_figures_change_and_a_button_pauses_the_cell(served: Served
         browser.wait_for("document.querySelector('.alarm b')?.innerText.includes('take hold')")
         browser.press('Pause')
         assert served.order()[0] is Order.PAUSE
-        served.view.on_heartbeat(Mode.INACTIVE, '', 'paused')
+        beat(served.view, Mode.PAUSED)
         served.refresh()
         browser.wait_for(f"{NAME} == 'PAUSED'")
         browser.press('Resume')

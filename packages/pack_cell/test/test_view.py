@@ -10,6 +10,7 @@ from view_cases import (
     BOX,
     PLACED,
     Clock,
+    beat,
     bins_of,
     box,
     decision_for,
@@ -24,15 +25,24 @@ from arm_executor.model.kinematics import CellKinematics
 from arm_executor.model.layout import Layout, bin_frame
 from arm_executor.model.robot_data import ROBOTS
 from arm_executor.model.tree import CELL_JOINT_NAMES
-from pack_cell.view.banner import SILENCE_S, Tone
+from pack_cell.view.banner import LOOKS, Tone
 from pack_cell.view.cell_view import CellView
 from pack_cell.view.live_figures import WINDOW, LiveFigures
 from pack_cell.view.plain_words import ENDINGS, REASONS
 from pack_cell.view.robot_shapes import read_urdf
 from pack_cell.view.scene import LAST, NEXT, Batch, drawn_cell
 from pack_cell.view.side import alarms_html, figures_html, why_html, why_lines
+from pack_cell.watching.cell_watch import HEARTBEAT_SILENCE_S, CellWatch
+from pack_msgs_py.alarms import Alarm
 from pack_msgs_py.cell_values import RunnerUp
-from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode, PlacementStatus, Reason
+from pack_msgs_py.codes import (
+    BoxEventKind,
+    Condition,
+    ErrorCode,
+    Mode,
+    PlacementStatus,
+    Reason,
+)
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Bin, parse_bin
 
@@ -48,48 +58,62 @@ A, B = box(1), box(2)
         (Mode.EXECUTING, '', 'RUN', Tone.RUN),
         (Mode.IDLE, '', 'RUN', Tone.RUN),
         (Mode.INACTIVE, 'starting', 'STARTING', Tone.IDLE),
-        (Mode.INACTIVE, 'paused', 'PAUSED', Tone.PAUSED),
-        (Mode.PAUSED, 'by the operator', 'PAUSED', Tone.PAUSED),
+        (Mode.PAUSED, 'PAUSED by somebody', 'PAUSED', Tone.PAUSED),
         (Mode.ALARM, 'a box is lost', 'WAITING FOR OPERATOR', Tone.OPERATOR),
-        (Mode.PROTECTIVE_STOP, 'stopped by the operator', 'WAITING FOR OPERATOR', Tone.OPERATOR),
+        (Mode.PROTECTIVE_STOP, 'stopped by somebody', 'WAITING FOR OPERATOR', Tone.OPERATOR),
         (Mode.FAULT, 'no journal', 'FAULT', Tone.FAULT),
     ],
 )
 def test_each_mode_has_its_word_and_colour_and_one_action(mode, message, word, tone):
     view = new_view()
-    view.on_heartbeat(mode, '', message)
+    beat(view, mode, message=message)
     banner = view.banner()
     assert (banner.word, banner.tone) == (word, tone)
     assert banner.action and '\n' not in banner.action
 
 
+def test_every_condition_of_a_cell_has_a_word_and_a_colour():
+    assert set(LOOKS) == set(Condition)
+
+
+@pytest.mark.parametrize(
+    ('mode', 'button'),
+    [(Mode.PROTECTIVE_STOP, 'Reset'), (Mode.PAUSED, 'Resume'), (Mode.ALARM, 'Acknowledge')],
+)
+def test_what_is_done_with_a_button_names_the_button(mode, button):
+    view = new_view()
+    beat(view, mode)
+    assert view.banner().action.endswith(f'press {button}')
+
+
 def test_a_cell_that_falls_silent_is_a_fault_and_no_longer_runs():
     clock = Clock()
     view = new_view(clock)
-    view.on_heartbeat(Mode.EXECUTING, A.id, '')
-    clock.now_s += SILENCE_S + 0.1
+    beat(view, Mode.EXECUTING, A.id)
+    clock.now_s += HEARTBEAT_SILENCE_S + 0.1
     assert view.banner().tone is Tone.FAULT
-    view.on_heartbeat(Mode.EXECUTING, A.id, '')
+    beat(view, Mode.EXECUTING, A.id)
     assert view.banner().tone is Tone.RUN
 
 
-def test_without_any_heartbeat_the_page_says_where_it_listens_and_how_to_start_a_cell():
-    banner = CellView(Clock(), domain=42).banner()
-    assert '42' in banner.now and './cell run' in banner.action
+def test_without_any_node_the_page_says_where_it_listens_and_how_to_start_a_cell():
+    banner = CellView(CellWatch(Clock()), domain=42).banner()
+    assert '42' in banner.now and 'cell run' in banner.action
 
 
 def test_the_end_of_the_stream_is_no_waiting_for_boxes():
     view = new_view()
     view.on_scan(scan_of(remaining=3))
-    assert view.banner().now == 'Waiting for boxes'
+    assert view.banner().action == 'Lay boxes on the belt'
     view.on_scan(scan_of(remaining=0))
     assert view.banner().word == 'DONE'
 
 
 def test_the_banner_names_box_and_bin_under_way():
     view = new_view()
+    view.on_scan(scan_of(A))
     view.on_decision(decision_for(A))
-    view.on_heartbeat(Mode.EXECUTING, A.id, '')
+    beat(view, Mode.EXECUTING, A.id)
     assert view.banner().now == 'Packing box-1 into LDC-1'
 
 
@@ -258,11 +282,15 @@ def test_names_of_boxes_are_no_markup():
         assert '<b>small' not in html and '&lt;b&gt;small &amp; brown' in html
 
 
-def test_alarms_stay_until_a_person_has_seen_them():
+def test_alarms_stand_until_the_node_says_that_they_are_over_and_happenings_stay_below():
     view = new_view()
     view.on_report(report_for(A, ErrorCode.NONE))
     view.on_report(report_for(B, ErrorCode.GRASP_FAILED))
-    assert [line.code for line in view.alarms] == ['GRASP_FAILED']
-    assert view.alarms.open == 1
-    view.alarms.acknowledge_all()
-    assert view.alarms.open == 0 and 'seen' in alarms_html(view)
+    assert [one.code for one in view.happenings] == ['GRASP_FAILED']
+    lost = Alarm('BOX_LOST', 'box-1 is lost', action='Find the box, then: cell ack')
+    view.watch.on_alarms('/arm_executor', (lost,))
+    html = alarms_html(view)
+    assert 'Find the box, then press Acknowledge' in html and 'grave' in html
+    assert view.banner().word == 'WAITING FOR OPERATOR'
+    view.watch.on_alarms('/arm_executor', ())
+    assert 'No alarm stands' in alarms_html(view) and 'take hold' in alarms_html(view)

@@ -7,8 +7,9 @@ from arm_executor.model.robot_data import ROBOTS
 from arm_executor.model.urdf import cell_urdf
 from pack_cell.view.cell_view import CellView
 from pack_cell.view.robot_shapes import read_urdf
+from pack_cell.watching.cell_watch import NODES, CellWatch
 from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Report, Scan, ScannedBox
-from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode
+from pack_msgs_py.codes import BoxEventKind, ErrorCode, Level, Mode
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin
 
@@ -31,11 +32,20 @@ def urdf() -> str:
 
 
 def new_view(clock: Clock | None = None) -> CellView:
-    """A page that has heard of the robot and of its heartbeat, and of nothing else."""
-    view = CellView(clock or Clock())
+    """A page that has heard of the robot, and of three nodes that wait for boxes."""
+    watch = CellWatch(clock or Clock())
+    view = CellView(watch)
     view.on_robot(read_urdf(urdf()))
-    view.on_heartbeat(Mode.IDLE, '', '')
+    beat(view, Mode.IDLE)
+    watch.on_scan(0, 5)
+    for node in NODES:
+        watch.on_diagnostics(node, Level.OK, '', {'belt': 'running'})
     return view
+
+
+def beat(view: CellView, mode: Mode, active: str = '', message: str = '') -> None:
+    """The arm's heartbeat."""
+    view.watch.on_heartbeat(mode, active, message)
 
 
 def box(number: int) -> Box:

@@ -4,56 +4,63 @@ It only listens and calls services: the cell does not notice whether it is there
 
 Subscribes
     box_scan, bin_state, bin_closed, bin_closing, placements, placement_report, box_event,
-    executor_state, joint_states, robot_description, /diagnostics
+    executor_state, alarms, joint_states, robot_description, /diagnostics
 Parameters
     host, port: where the page is served; port 0 takes any free one
 Calls
-    arm_executor/pause, arm_executor/stop, arm_executor/reset, swap_bin, conveyor/drain,
-    arm_executor/get_parameters
+    arm_executor/operate, conveyor/operate, arm_executor/get_parameters
 """
 
 from __future__ import annotations
 
 import os
 import queue
-import time
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.srv import GetParameters
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
-from std_srvs.srv import SetBool, Trigger
 
 from arm_executor.model.layout import LayoutError
 from arm_executor.reach.layout_file import find_layout
 from pack_cell.options.page_address import DEFAULT_PORT, LOOPBACK
+from pack_cell.ros.cell_monitor import CellListener
 from pack_cell.view.cell_view import CellView
 from pack_cell.view.page import CellPage, Order, PageAddress
 from pack_cell.view.robot_shapes import read_urdf
 from pack_cell.view.web_server import PageTaken
+from pack_cell.watching.cell_watch import ARM_EXECUTOR, CONVEYOR
 from pack_msgs.msg import (
     BinState,
     BinStateArray,
     BoxEvent,
     BoxScan,
-    ExecutorState,
     PlacementDecision,
     PlacementReport,
 )
-from pack_msgs.srv import SwapBin
-from pack_msgs_py.codes import Mode
+from pack_msgs.srv import Operate
+from pack_msgs_py.codes import Command
 from pack_msgs_py.ros import conversions, qos
 from pack_msgs_py.ros.run_node import run_node
 from pack_msgs_py.ros.sourced import Sources
 
+#: Who asks, for the journals of the nodes: nobody logs in at the page.
+WHO = 'somebody at the live page'
+#: Buttons that come to one command of one node.
+_ORDERS = {
+    Order.PAUSE: (ARM_EXECUTOR, Command.PAUSE),
+    Order.STOP: (ARM_EXECUTOR, Command.STOP),
+    Order.RESET: (ARM_EXECUTOR, Command.RESET),
+    Order.SWAP_BIN: (ARM_EXECUTOR, Command.SWAP_BIN),
+    Order.DRAIN: (CONVEYOR, Command.DRAIN),
+    Order.FEED: (CONVEYOR, Command.FEED),
+    Order.EMPTY: (CONVEYOR, Command.EMPTY),
+}
 SCENE_PERIOD_S, TEXT_PERIOD_S, STATE_PERIOD_S = 0.05, 0.5, 0.25
-#: A service that has not answered by then is not there.
-PATIENCE_S = 3.0
 
 
 class Viewer(Node):
@@ -64,7 +71,8 @@ class Viewer(Node):
         if address is None:
             host = self.declare_parameter('host', LOOPBACK).value
             address = PageAddress(host, self.declare_parameter('port', DEFAULT_PORT).value)
-        self.view = CellView(time.monotonic, int(os.environ.get('ROS_DOMAIN_ID') or 0))
+        listener = CellListener(self, scans=False)
+        self.view = CellView(listener.watch, int(os.environ.get('ROS_DOMAIN_ID') or 0))
         self._orders: queue.SimpleQueue[tuple[Order, str]] = queue.SimpleQueue()
         self._bins: BinStateArray | None = None
         self._seen = False
@@ -72,11 +80,10 @@ class Viewer(Node):
         self.page = CellPage(self.view, address, self._on_button)
         self.url = f'http://{address.host}:{self.page.port}/'
         self._listen()
-        self._pause = self.create_client(SetBool, 'arm_executor/pause')
-        self._stop = self.create_client(Trigger, 'arm_executor/stop')
-        self._reset = self.create_client(Trigger, 'arm_executor/reset')
-        self._swap = self.create_client(SwapBin, 'swap_bin')
-        self._drain = self.create_client(SetBool, 'conveyor/drain')
+        self._operate = {
+            name: self.create_client(Operate, f'{name}/operate')
+            for name in (ARM_EXECUTOR, CONVEYOR)
+        }
         self._parameters = self.create_client(GetParameters, 'arm_executor/get_parameters')
         self.create_timer(SCENE_PERIOD_S, self._show_scene)
         self.create_timer(TEXT_PERIOD_S, self._show_text)
@@ -109,7 +116,6 @@ class Viewer(Node):
                 lambda msg: view.on_report(conversions.report_from_ros(msg)),
             ),
             'box_event': (BoxEvent, lambda msg: view.on_event(conversions.event_from_ros(msg))),
-            'executor_state': (ExecutorState, self._on_heartbeat),
         }
         others: dict[str, tuple[type, Callable[[Any], None], QoSProfile]] = {
             'joint_states': (
@@ -122,7 +128,6 @@ class Viewer(Node):
                 lambda msg: view.on_robot(read_urdf(msg.data)),
                 qos.STATE,
             ),
-            '/diagnostics': (DiagnosticArray, self._on_diagnostics, QoSProfile(depth=10)),
         }
         sources = Sources(self)
         for topic, (kind, take) in cell.items():
@@ -145,14 +150,6 @@ class Viewer(Node):
     def _on_bins(self, msg: BinStateArray) -> None:
         # The largest message of the cell: converted only for somebody who looks.
         self._bins = msg
-
-    def _on_heartbeat(self, msg: ExecutorState) -> None:
-        self.view.on_heartbeat(Mode(msg.mode), msg.active_box_id, msg.message)
-
-    def _on_diagnostics(self, msg: DiagnosticArray) -> None:
-        for status in msg.status:
-            if status.name.rpartition('/')[2] == 'conveyor':
-                self.view.on_belt(status.message)
 
     # -- where everything stands -----------------------------------------------------------------
 
@@ -201,27 +198,35 @@ class Viewer(Node):
     def _pass_on(self) -> None:
         while not self._orders.empty():
             order, bin_id = self._orders.get()
-            if order in (Order.PAUSE, Order.RESUME):
-                self._call(self._pause, SetBool.Request(data=order is Order.PAUSE))
-            elif order in (Order.DRAIN, Order.FEED):
-                self._call(self._drain, SetBool.Request(data=order is Order.DRAIN))
-            elif order is Order.STOP:
-                self._call(self._stop, Trigger.Request())
-            elif order is Order.RESET:
-                self._call(self._reset, Trigger.Request())
-            elif order is Order.SWAP_BIN:
-                self._call(self._swap, SwapBin.Request(bin_id=bin_id))
+            if order is Order.RESUME:
+                self._resume()
+            elif order is Order.ACKNOWLEDGE:
+                for node, count in self.view.watch.nodes_with_alarms.items():
+                    if count:
+                        self._ask(node.rpartition('/')[2], Command.ACKNOWLEDGE)
+            else:
+                node, command = _ORDERS[order]
+                self._ask(node, command, bin_id if order is Order.SWAP_BIN else '')
 
-    def _call(self, client: Any, request: Any) -> None:  # noqa: ANN401 - any service
-        if not client.service_is_ready():
-            self.page.tell(f'Nobody answers to {client.srv_name}: is the cell running?', good=False)
+    def _resume(self) -> None:
+        """The arm, and the belt where that was paused too."""
+        belt_paused = self.view.watch.belt_condition == 'paused'
+        if self.view.watch.paused or not belt_paused:
+            self._ask(ARM_EXECUTOR, Command.RESUME)
+        if belt_paused:
+            self._ask(CONVEYOR, Command.RESUME)
+
+    def _ask(self, node: str, command: Command, bin_id: str = '') -> None:
+        client = self._operate.get(node)
+        if client is None or not client.service_is_ready():
+            self.page.tell(f'{node} does not answer: is the cell running?', good=False)
             return
-        client.call_async(request).add_done_callback(partial(self._on_answer, client.srv_name))
+        request = Operate.Request(command=int(command), bin_id=bin_id, who=WHO)
+        client.call_async(request).add_done_callback(self._on_answer)
 
-    def _on_answer(self, name: str, future: Any) -> None:  # noqa: ANN401 - rclpy's future
+    def _on_answer(self, future: Any) -> None:  # noqa: ANN401 - rclpy's future
         answer = future.result()
-        text = answer.message or name.rpartition('/')[2]
-        self.page.tell(text, good=answer.success)
+        self.page.tell(answer.message, good=answer.success)
 
 
 def serve_page(address: PageAddress, told: Callable[[str], None]) -> None:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from enum import Enum
 
-from pack_msgs_py.codes import Mode
-
-#: The heartbeat comes ten times a second; silent for so long, the arm's node is not there.
-SILENCE_S = 2.0
+from pack_msgs_py.cell_state import CellState
+from pack_msgs_py.codes import Condition
 
 
 class Tone(str, Enum):
@@ -31,72 +30,65 @@ class Banner:
     now: str = ''
 
 
-@dataclass(frozen=True)
-class Signs:
-    """What the state follows from.
+#: Word and colour of each condition.
+LOOKS = {
+    Condition.UNKNOWN: ('NO CELL', Tone.IDLE),
+    Condition.STARTING: ('STARTING', Tone.IDLE),
+    Condition.RUNNING: ('RUN', Tone.RUN),
+    Condition.WAITING: ('RUN', Tone.RUN),
+    Condition.DRAINING: ('DRAINING', Tone.PAUSED),
+    Condition.ENDED: ('DONE', Tone.IDLE),
+    Condition.PAUSED: ('PAUSED', Tone.PAUSED),
+    Condition.STOPPED: ('WAITING FOR OPERATOR', Tone.OPERATOR),
+    Condition.ALARM: ('WAITING FOR OPERATOR', Tone.OPERATOR),
+    Condition.FAULT: ('FAULT', Tone.FAULT),
+}
+#: What to do where the state itself names nothing.
+_OTHERWISE = {
+    Condition.STARTING: 'Wait',
+    Condition.WAITING: 'Lay boxes on the belt',
+}
+#: The buttons of the page that stand for verbs of the command line.
+_BUTTONS = {
+    'ack': 'Acknowledge',
+    'feed': 'Feed again',
+    'reset': 'Reset',
+    'resume': 'Resume',
+}
 
-    ``silent_s`` is how long no heartbeat came, ``None`` if none ever did; ``domain`` the ROS domain
-    that is listened to; ``belt`` what the belt says of itself, empty if nothing.
+
+def banner_of(state: CellState, doing: str = '', domain: int = 0) -> Banner:
+    """The banner for ``state``; ``doing`` is what the arm is at, ``domain`` that of ROS."""
+    condition = state.condition
+    word, tone = LOOKS[condition]
+    action = state.next_action or _OTHERWISE.get(condition, 'Nothing to do')
+    now = without_state(state.summary)
+    if condition is Condition.UNKNOWN:
+        now = f'No cell is heard in ROS domain {domain}'
+    elif condition is Condition.RUNNING and doing:
+        now = doing
+    return Banner(tone, word, for_the_page(action), now)
+
+
+def for_the_page(action: str) -> str:
+    """An action with the button to press instead of the command to type.
+
+    >>> for_the_page('See that nobody is near the arm, then: cell reset')
+    'See that nobody is near the arm, then press Reset'
     """
 
-    mode: Mode | None = None
-    message: str = ''
-    silent_s: float | None = None
-    belt: str = ''
-    ended: bool = False
-    boxes_on_belt: int = 0
-    doing: str = ''
-    domain: int = 0
+    def button(match: re.Match[str]) -> str:
+        name = _BUTTONS.get(match[1])
+        return match[0] if name is None else f' press {name}'
 
-    @property
-    def is_paused(self) -> bool:
-        """Whether a person has paused the arm."""
-        return self.mode is Mode.PAUSED or (
-            self.mode is Mode.INACTIVE and self.message.strip() == 'paused'
-        )
+    return re.sub(r': cell (\w+)', button, action)
 
 
-def banner_of(signs: Signs) -> Banner:
-    """The banner; the worst that applies, first."""
-    if signs.silent_s is None or signs.mode is None:
-        return Banner(
-            Tone.IDLE,
-            'NO CELL',
-            'Start a cell: ./cell run',
-            f'No cell is heard in ROS domain {signs.domain}',
-        )
-    if signs.silent_s > SILENCE_S:
-        return Banner(
-            Tone.FAULT,
-            'FAULT',
-            "Look whether the run has ended; if not, start the arm's node again",
-            f'The arm has been silent for {signs.silent_s:.0f} s',
-        )
-    said = signs.message.strip()
-    if signs.mode is Mode.FAULT:
-        return Banner(Tone.FAULT, 'FAULT', "Start the arm's node again", said or 'The arm failed')
-    if signs.mode is Mode.PROTECTIVE_STOP:
-        return Banner(
-            Tone.OPERATOR,
-            'WAITING FOR OPERATOR',
-            'See that the way is free, then press Reset',
-            f'Protective stop: {said}' if said else 'Protective stop',
-        )
-    if signs.mode is Mode.ALARM:
-        return Banner(
-            Tone.OPERATOR, 'WAITING FOR OPERATOR', 'Look at the alarm, then acknowledge it', said
-        )
-    if signs.is_paused:
-        now = said if said != 'paused' else 'The arm takes no new box'
-        return Banner(Tone.PAUSED, 'PAUSED', 'Press Resume to go on', now)
-    if signs.mode is Mode.INACTIVE:
-        return Banner(Tone.IDLE, 'STARTING', 'Wait', said.capitalize())
-    if signs.belt == 'paused':
-        return Banner(Tone.PAUSED, 'PAUSED', 'Set the belt going again', 'The belt stands')
-    if signs.ended and signs.mode is Mode.IDLE:
-        return Banner(Tone.IDLE, 'DONE', 'Nothing to do', 'Every box has come to its end')
-    if signs.mode is Mode.EXECUTING:
-        return Banner(Tone.RUN, 'RUN', 'Nothing to do', signs.doing)
-    if not signs.boxes_on_belt:
-        return Banner(Tone.RUN, 'RUN', 'Lay boxes on the belt', 'Waiting for boxes')
-    return Banner(Tone.RUN, 'RUN', 'Nothing to do', 'Choosing the next box')
+def without_state(summary: str) -> str:
+    """A summary without the word in capitals with which it begins.
+
+    >>> without_state('WAITING for boxes: the belt is empty.')
+    'For boxes: the belt is empty.'
+    """
+    rest = re.sub(r'^[A-Z]{3,}(?: [A-Z_]{3,})*:? ', '', summary)
+    return rest[:1].upper() + rest[1:]

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from arm_executor.model.box_on_pad import BoxOnPad, held_by_pad
-from pack_cell.view.alarm_list import AlarmList
-from pack_cell.view.banner import Banner, Signs, banner_of
+from pack_cell.view.banner import Banner, banner_of
+from pack_cell.view.happenings import Happenings
 from pack_cell.view.live_figures import LiveFigures, SeenBefore
 from pack_cell.view.robot_shapes import RobotShapes
+from pack_cell.watching.cell_watch import CellWatch
+from pack_msgs_py.alarms import Alarm
 from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Report, Scan
 from pack_msgs_py.closing import ClosingReason
 from pack_msgs_py.codes import BoxEventKind, Mode, PlacementStatus
@@ -23,13 +25,13 @@ PAD_FRAME = 'tcp'
 
 @dataclass
 class CellView:
-    """Feeds on what the nodes say; ``clock`` tells seconds that never run back.
+    """Feeds on what the nodes say, beside ``watch``, which knows the state of the cell.
 
     ``belt_end_m`` and ``belt_low_m`` are how far (y) and how low (z, frame `cell`) boxes ride.
     ``scene_changes`` and ``text_changes`` count what could be drawn or written anew.
     """
 
-    clock: Callable[[], float]
+    watch: CellWatch
     domain: int = 0
     robot: RobotShapes | None = None
     scan: Scan | None = None
@@ -42,18 +44,13 @@ class CellView:
     belt_end_m: float = -math.inf
     belt_low_m: float = math.inf
     figures: LiveFigures = field(default_factory=LiveFigures)
-    alarms: AlarmList = field(default_factory=AlarmList)
+    happenings: Happenings = field(default_factory=Happenings)
     scene_changes: int = 0
     text_changes: int = 0
 
     def __post_init__(self) -> None:
         self._seen = SeenBefore()
         self._carried: Decision | None = None
-        self._mode: Mode | None = None
-        self._message = ''
-        self._active = ''
-        self._heard_s: float | None = None
-        self._belt = ''
 
     # -- what is heard ---------------------------------------------------------------------------
 
@@ -65,6 +62,7 @@ class CellView:
     def on_scan(self, scan: Scan) -> None:
         """The belt is now like this."""
         self.scan = scan
+        self.watch.on_scan(len(scan.boxes), scan.remaining)
         for scanned in scan.boxes:
             (_, y, z), half = scanned.pose.position, metres(scanned.box.size_mm)[2] / 2
             self.belt_end_m = max(self.belt_end_m, math.ceil(2 * y + 0.5) / 2)
@@ -99,7 +97,7 @@ class CellView:
         if self._seen(('report', report.goal_id)):
             return
         self.figures.add_report(report)
-        self.alarms.add_report(report)
+        self.happenings.add_report(report)
         self._changed()
 
     def on_event(self, event: BoxEvent) -> None:
@@ -107,7 +105,7 @@ class CellView:
         if self._seen(('event', event.box_id, event.event, event.stamp_s)):
             return
         self.figures.add_event(event)
-        self.alarms.add_event(event)
+        self.happenings.add_event(event)
         if event.event is BoxEventKind.PICKED:
             self._pick(event.box_id)
         elif self._carried is not None and self._carried.box.id == event.box_id:
@@ -121,22 +119,9 @@ class CellView:
             self.last_placed = event.box_id
         self._changed()
 
-    def on_heartbeat(self, mode: Mode, active_box: str, message: str) -> None:
-        """The arm is alive, and in this mode."""
-        self._heard_s = self.clock()
-        if (mode, active_box, message) != (self._mode, self._active, self._message):
-            self._mode, self._active, self._message = mode, active_box, message
-            self.text_changes += 1
-
     def on_joints(self, positions: Mapping[str, float]) -> None:
         """The joints are there: radians, and metres along the rail."""
         self.joints.update(positions)
-
-    def on_belt(self, condition: str) -> None:
-        """What the belt says of itself, such as ``running`` or ``paused``."""
-        if condition != self._belt:
-            self._belt = condition
-            self.text_changes += 1
 
     # -- what is shown ---------------------------------------------------------------------------
 
@@ -148,37 +133,30 @@ class CellView:
         return tuple(one for one in known.values() if one.status is not PlacementStatus.REJECT)
 
     @property
-    def is_paused(self) -> bool:
-        """Whether a person has paused the arm."""
-        return Signs(mode=self._mode, message=self._message).is_paused
+    def alarms(self) -> tuple[Alarm, ...]:
+        """What stands and waits for a person, alarms first."""
+        return self.watch.alarms
 
     @property
     def is_stopped(self) -> bool:
         """Whether the arm waits for a reset."""
-        return self._mode is Mode.PROTECTIVE_STOP
+        return self.watch.mode is Mode.PROTECTIVE_STOP
+
+    @property
+    def is_paused(self) -> bool:
+        """Whether a person has paused arm or belt."""
+        return self.watch.paused or self.watch.belt_condition == 'paused'
 
     def banner(self) -> Banner:
         """State and next action at this moment."""
-        silent_s = None if self._heard_s is None else self.clock() - self._heard_s
-        scan = self.scan
-        return banner_of(
-            Signs(
-                mode=self._mode,
-                message=self._message,
-                silent_s=silent_s,
-                belt=self._belt,
-                ended=scan is not None and not scan.boxes and scan.remaining == 0,
-                boxes_on_belt=0 if scan is None else len(scan.boxes),
-                doing=self._doing(),
-                domain=self.domain,
-            )
-        )
+        return banner_of(self.watch.state(), self._doing(), self.domain)
 
     def _doing(self) -> str:
-        under_way = next((one for one in self.planned if one.box.id == self._active), None)
-        if under_way is None:
-            return f'Packing {self._active}' if self._active else 'Packing'
-        return f'Packing {self._active} into {under_way.bin_id}'
+        active = self.watch.active_box
+        if not active:
+            return 'Choosing the next box'
+        under_way = next((one for one in self.planned if one.box.id == active), None)
+        return f'Packing {active}' + (f' into {under_way.bin_id}' if under_way else '')
 
     def _pick(self, box_id: str) -> None:
         if self.decision is not None and self.decision.box.id == box_id:

@@ -36,6 +36,8 @@ class Order(str, Enum):
     SWAP_BIN = 'swap_bin'
     DRAIN = 'drain'
     FEED = 'feed'
+    EMPTY = 'empty'
+    ACKNOWLEDGE = 'acknowledge'
 
 
 @dataclass(frozen=True)
@@ -121,27 +123,32 @@ class CellPage:
         self._state = state_of(self._view)
 
     def refresh_text(self) -> None:
-        """What stands beside the scene, if it has changed."""
+        """What stands beside the scene, as far as it has changed."""
+        self._write('alarms', alarms_html(self._view))
+        paused, stopped = self._view.is_paused, self._view.is_stopped
+        for button, is_shown in (
+            (self._pause, not paused),
+            (self._resume, paused),
+            (self._stop, not stopped),
+            (self._reset, stopped),
+            (self._acknowledge, bool(self._view.alarms)),
+        ):
+            if button.visible != is_shown:
+                button.visible = is_shown
         if self._written == self._view.text_changes:
             return
         self._written = self._view.text_changes
-        for name, html in (
-            ('figures', figures_html(self._view)),
-            ('why', why_html(self._view)),
-            ('alarms', alarms_html(self._view)),
-        ):
-            if self._html.get(name) != html:
-                self._html[name] = html
-                self._pieces[name].content = html
-        self._pause.visible = not self._view.is_paused
-        self._resume.visible = self._view.is_paused
-        self._stop.visible = not self._view.is_stopped
-        self._reset.visible = self._view.is_stopped
-        self._acknowledge.visible = bool(self._view.alarms.open)
+        self._write('figures', figures_html(self._view))
+        self._write('why', why_html(self._view))
         names = tuple(found.id for found in self._view.bins)
         if names != self._names and names:
             self._names = names
             self._bin.options = names
+
+    def _write(self, name: str, html: str) -> None:
+        if self._html.get(name) != html:
+            self._html[name] = html
+            self._pieces[name].content = html
 
     def refresh_scene(self) -> None:
         """What has moved."""
@@ -232,13 +239,15 @@ class CellPage:
                 self._pieces[name] = gui.add_html('')
         with gui.add_folder('Alarms'):
             self._acknowledge = gui.add_button('Acknowledge', color='orange', visible=False)
-            self._acknowledge.on_click(lambda _: self._on_acknowledge())
+            self._give(self._acknowledge, Order.ACKNOWLEDGE)
             self._pieces['alarms'] = gui.add_html('')
         with gui.add_folder('More', expand_by_default=False):
             self._bin = gui.add_dropdown('Bin', ('–',))
             self._give(gui.add_button('Swap this bin', color='gray'), Order.SWAP_BIN)
             self._give(gui.add_button('Drain: feed no more boxes', color='gray'), Order.DRAIN)
             self._give(gui.add_button('Feed again', color='gray'), Order.FEED)
+            empty = gui.add_button('Empty the belt to the reject lane', color='gray')
+            self._give(empty, Order.EMPTY)
 
     def _make_buttons(self) -> None:
         gui = self._server.gui
@@ -258,10 +267,6 @@ class CellPage:
 
     def _give(self, button: viser.GuiButtonHandle, order: Order) -> None:
         button.on_click(lambda _: self._order(order, str(self._bin.value)))
-
-    def _on_acknowledge(self) -> None:
-        self._view.alarms.acknowledge_all()
-        self._view.text_changes += 1
 
     def _look_at(self, client: viser.ClientHandle | None, what: str) -> None:
         """Turn the camera of who has pressed to a station, about which it then orbits."""

@@ -6,13 +6,14 @@ from datetime import datetime
 from typing import Any
 
 from pack_cell.pages.rendering import render
+from pack_cell.view.banner import for_the_page
 from pack_cell.view.cell_view import CellView
 from pack_cell.view.plain_words import ENDINGS, REASONS
 from pack_msgs_py.cell_values import Decision, RunnerUp
 from pack_msgs_py.codes import ErrorCode, PlacementStatus
 
-#: Alarms that are shown.
-SHOWN_ALARMS = 6
+#: Happenings that are shown.
+SHOWN = 5
 _HOW = {
     PlacementStatus.OPTIMAL: 'the best that the rules allow',
     PlacementStatus.BUDGET: 'the best found in the time there was',
@@ -91,11 +92,14 @@ def _place_text(other: RunnerUp) -> str:
 
 
 def alarms_html(view: CellView) -> str:
-    """The newest alarms."""
-    shown = [
-        (datetime.fromtimestamp(line.stamp_s).strftime('%H:%M:%S'), line) for line in view.alarms
-    ][:SHOWN_ALARMS]
-    return render('view/alarms.html', lines=shown, open=view.alarms.open)
+    """What stands and waits for a person, and below it what happened lately."""
+    return render(
+        'view/alarms.html',
+        alarms=[
+            (_time(alarm.raised_s), alarm, for_the_page(alarm.action)) for alarm in view.alarms
+        ],
+        happenings=[(_time(one.stamp_s), one) for one in view.happenings][:SHOWN],
+    )
 
 
 def state_of(view: CellView) -> dict[str, Any]:
@@ -106,9 +110,13 @@ def state_of(view: CellView) -> dict[str, Any]:
         'word': banner.word,
         'action': banner.action,
         'now': banner.now,
-        'alarms': view.alarms.open,
+        'alarms': len(view.alarms),
         'placed': view.figures.placed,
     }
+
+
+def _time(stamp_s: float) -> str:
+    return datetime.fromtimestamp(stamp_s).strftime('%H:%M:%S')
 
 
 def _late(view: CellView) -> str:

@@ -97,6 +97,11 @@ class CellWatch:
         return None if self._arm is None else self._arm.mode
 
     @property
+    def active_box(self) -> str:
+        """Box that the arm is at; empty for none."""
+        return '' if self._arm is None else self._arm.active_box
+
+    @property
     def paused(self) -> bool:
         """Whether the arm is paused, or pauses once its box is in its bin."""
         heard = self._nodes.get(ARM_EXECUTOR)
