@@ -25,7 +25,6 @@ from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from arm_executor.model.layout import LayoutError
 from arm_executor.reach.layout_file import find_layout
 from pack_cell.options.page_address import DEFAULT_PORT, LOOPBACK
 from pack_cell.ros.cell_monitor import CellListener
@@ -161,10 +160,10 @@ class Viewer(Node):
         self._parameters.call_async(request).add_done_callback(self._on_layout)
 
     def _on_layout(self, future: Any) -> None:  # noqa: ANN401 - rclpy's future
-        path, robot = (value.string_value for value in future.result().values)
         try:
+            path, robot = (value.string_value for value in future.result().values)
             self.page.stand_like(find_layout(path, robot))
-        except LayoutError as error:
+        except ValueError as error:
             self.get_logger().warning(f'belt and bins are drawn where they usually stand: {error}')
 
     # -- what is shown ---------------------------------------------------------------------------
@@ -229,8 +228,8 @@ class Viewer(Node):
         self.page.tell(answer.message, good=answer.success)
 
 
-def serve_page(address: PageAddress, told: Callable[[str], None]) -> None:
-    """Serve the page until a signal; ``told`` hears where it is.
+def serve_page(address: PageAddress, told: Callable[[str], None], namespace: str = '') -> None:
+    """Serve the page of the cell in ``namespace`` until a signal; ``told`` hears where it is.
 
     Raises
     ------
@@ -239,7 +238,7 @@ def serve_page(address: PageAddress, told: Callable[[str], None]) -> None:
     """
 
     def make() -> Viewer:
-        viewer = Viewer(address)
+        viewer = Viewer(address, namespace=namespace)
         told(viewer.url)
         return viewer
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import shutil
 import subprocess
 import sys
@@ -11,6 +12,7 @@ from typing import Any
 
 from pack_cell.options.page_address import DEFAULT_PORT, LOOPBACK
 from pack_cell.options.parsers import whole
+from pack_cell.watching.finding import NoCell, domain_of_cell
 
 #: How long the page may take to end after SIGTERM.
 _PATIENCE_S = 3.0
@@ -21,9 +23,18 @@ def add_view(verbs: Any) -> None:  # noqa: ANN401 - argparse does not name its s
     parser = verbs.add_parser(
         'view',
         help='show a running cell on a page in the browser',
-        description='Serve one page that shows the cell which runs in this ROS domain '
-        "(ROS_DOMAIN_ID, 0 by default), with the operator's buttons. It may be started, closed "
-        'and killed at any time: the cell does not notice. Ends with Ctrl-C.',
+        description="Serve one page that shows a running cell, with the operator's buttons. It may "
+        'be started, closed and killed at any time: the cell does not notice. Ends with Ctrl-C.',
+    )
+    parser.add_argument(
+        '--domain',
+        type=whole(0, 232),
+        metavar='N',
+        help='ROS domain of the cell (default: $ROS_DOMAIN_ID, else the only one in which a cell '
+        'runs here, else 0)',
+    )
+    parser.add_argument(
+        '--namespace', default='', metavar='NAME', help='namespace of the cell (default: none)'
     )
     parser.add_argument(
         '--port',
@@ -50,7 +61,11 @@ def run_view(options: argparse.Namespace) -> int:
         print(f'the cell is shown at {url}', flush=True)
 
     try:
-        serve_page(PageAddress(options.host, options.port), told)
+        os.environ['ROS_DOMAIN_ID'] = str(domain_of_cell(options.domain))
+        serve_page(PageAddress(options.host, options.port), told, options.namespace)
+    except NoCell as error:
+        print(f'cell view: {error}', file=sys.stderr)
+        return 2
     except SystemExit as ended:
         return int(ended.code or 0)
     return 0

@@ -121,7 +121,7 @@ class CellView:
 
     def on_joints(self, positions: Mapping[str, float]) -> None:
         """The joints are there: radians, and metres along the rail."""
-        self.joints.update(positions)
+        self.joints.update((name, at) for name, at in positions.items() if math.isfinite(at))
 
     # -- what is shown ---------------------------------------------------------------------------
 
