@@ -183,3 +183,22 @@ def test_a_page_that_pauses_the_cell_and_is_killed_again_and_again_costs_no_box(
     assert cell.wait() == 0, cell.text()
     assert_every_box_in_one_place(cell, 24)
     assert cell.summary()['problems'] == []
+
+
+@pytest.mark.ros
+def test_cell_view_starts_without_a_cell_says_where_it_is_and_ends_at_a_signal(
+    ros_domain: int,
+) -> None:
+    command = [sys.executable, '-m', 'pack_cell', 'view', '--port']
+    page = subprocess.Popen(
+        [*command, '0'], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert page.stdout is not None
+    url = page.stdout.readline().split()[-1]
+    state = wait_until(lambda: page_state(url), 'the page')
+    assert state['word'] == 'NO CELL' and str(ros_domain) in state['now']
+    port = url.rstrip('/').rpartition(':')[2]
+    second = subprocess.run([*command, port], capture_output=True, text=True, timeout=60)
+    assert second.returncode == 2 and f'port {port}' in second.stderr, second.stderr
+    page.send_signal(signal.SIGINT)
+    assert page.wait(timeout=30) == 0, page.communicate()

@@ -83,11 +83,11 @@ class Viewer(Node):
             name: self.create_client(Operate, f'{name}/operate')
             for name in (ARM_EXECUTOR, CONVEYOR)
         }
-        self._parameters = self.create_client(GetParameters, 'arm_executor/get_parameters')
+        self._layout_asked = self.create_client(GetParameters, 'arm_executor/get_parameters')
         self.create_timer(SCENE_PERIOD_S, self._show_scene)
         self.create_timer(TEXT_PERIOD_S, self._show_text)
         self.create_timer(STATE_PERIOD_S, self.page.refresh_state)
-        self._asked_layout = self.create_timer(1.0, self._ask_layout)
+        self._layout_timer = self.create_timer(1.0, self._ask_layout)
 
     def destroy_node(self) -> None:
         """Stop serving, then the node."""
@@ -153,11 +153,11 @@ class Viewer(Node):
     # -- where everything stands -----------------------------------------------------------------
 
     def _ask_layout(self) -> None:
-        if not self._parameters.service_is_ready():
+        if not self._layout_asked.service_is_ready():
             return
-        self._asked_layout.cancel()
+        self._layout_timer.cancel()
         request = GetParameters.Request(names=['layout', 'robot'])
-        self._parameters.call_async(request).add_done_callback(self._on_layout)
+        self._layout_asked.call_async(request).add_done_callback(self._on_layout)
 
     def _on_layout(self, future: Any) -> None:  # noqa: ANN401 - rclpy's future
         try:
