@@ -8,8 +8,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from node_group import NodeGroup
 
+from pack_cell.testing import NodeGroup
 from pack_msgs_py.codes import BoxEventKind
 
 pytestmark = pytest.mark.cell
