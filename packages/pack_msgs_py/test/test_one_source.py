@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from pack_msgs_py.one_source import CLOCKS_DIFFER_S, SECOND_SILENT_S, OneSource
 
-FIRST, SECOND, THIRD = 10**18, 10**18 + 5 * 10**9, 10**18 + 9 * 10**9
+FIRST = 1_700_000_000 * 10**9
+SECOND, THIRD = FIRST + 5 * 10**9, FIRST + 9 * 10**9
 EPOCH_S = 1e-9 * THIRD
 
 
 class Listener:
     """Hears what is said for the arm, which speaks every 100 ms, and notes what was taken."""
 
-    def __init__(self, silent_s: float = 1.1) -> None:
-        self.source = OneSource('the arm', silent_s)
+    def __init__(self, silent_s: float = 1.1, *, named: bool = False) -> None:
+        self.source = OneSource('the arm', silent_s, named=named)
         self.taken: list[tuple[int, int]] = []
         self.now_s = 100.0
 
@@ -128,6 +129,19 @@ def test_a_node_of_ones_own_need_not_say_who_it_is():
     arm = Listener()
     assert arm.hear(0, 0) == arm.hear(0, 0) == ''
     assert len(arm.taken) == 2
+
+
+def test_where_all_say_who_they_are_a_stranger_is_not_believed_though_he_speaks_first():
+    arm = Listener(named=True)
+    assert 'does not say when it started' in arm.hear(0, 0)
+    assert arm.hear(FIRST, 1) == ''
+    assert arm.taken == [(FIRST, 1)]
+
+
+def test_a_start_before_there_were_such_cells_is_not_believed():
+    arm = Listener()
+    assert 'second source' in arm.hear(2, 1)
+    assert arm.taken == []
 
 
 def test_of_nodes_that_seldom_speak_the_newest_is_believed_at_once():

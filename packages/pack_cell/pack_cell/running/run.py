@@ -40,6 +40,7 @@ from pack_cell.running.supervisor import Supervisor
 from pack_cell.running.viewing import PageProcess
 from pack_msgs_py.cell_state import CellState
 from pack_msgs_py.codes import Condition
+from pack_msgs_py.one_source import NAMED_SOURCES
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.signals import signal_name
 from pack_msgs_py.values import Box
@@ -187,6 +188,8 @@ def _run(kept: KeptRun, began: float, domain: DomainLock) -> int:
     options, folder, state = kept.used, kept.folder, kept.folder / 'state'
     stream = open_stream(options)
     stop = StopRequest()
+    # For the recorder here and, by inheritance, for the nodes.
+    os.environ[NAMED_SOURCES] = '1'
     supervisor = Supervisor(
         node_specs(folder, write_parameters(folder, options)),
         {'ROS_DOMAIN_ID': str(domain.number), 'PYTHONUNBUFFERED': '1'},

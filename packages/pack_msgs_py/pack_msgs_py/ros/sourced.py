@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 from rclpy.node import Node
 
 from pack_msgs.msg import BoxEvent, PlacementDecision, Source
-from pack_msgs_py.one_source import OneSource
+from pack_msgs_py.one_source import NAMED_SOURCES, OneSource
 from pack_msgs_py.ros import qos
 
 ARM, BELT, PLANNER = 'the arm', 'the belt', 'the planner'
@@ -70,10 +71,13 @@ class Sources:
     def __init__(self, node: Node, own: tuple[str, int] | None = None) -> None:
         self._node = node
         self._goals = 0
-        self._parts = {part: OneSource(part, silent_s) for part, silent_s in SILENT_S.items()}
+        named = bool(os.environ.get(NAMED_SOURCES))
+        self._parts = {
+            part: OneSource(part, silent_s, named=named) for part, silent_s in SILENT_S.items()
+        }
         if own is not None:
             part, session = own
-            self._parts[part] = OneSource(part, own=session)
+            self._parts[part] = OneSource(part, own=session, named=named)
 
     def checked(self, topic: str, take: Callable[[Any], None]) -> Callable[[Any], None]:
         """``take``, which gets the messages of ``topic`` of the source that is believed.
