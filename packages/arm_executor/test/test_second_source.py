@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from executor_cases import make_box, make_decision
 
-from pack_msgs.msg import BoxScan, ExecutorState
+from pack_msgs.msg import AlarmArray, BoxScan, ExecutorState
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.one_source import new_session
 from pack_msgs_py.ros import conversions, qos
@@ -44,6 +44,8 @@ def test_no_goal_is_taken_when_an_old_scan_is_played_again(start):
     bench = start()
     box = make_box()
     now, before = new_session(), new_session() - 10**12
+    alarms = []
+    bench.node.create_subscription(AlarmArray, 'alarms', alarms.append, qos.TOPICS['alarms'])
     scans = bench.node.create_publisher(BoxScan, 'box_scan', qos.TOPICS['box_scan'])
     bench.wait(lambda: scans.get_subscription_count() > 0, 'subscriber of box_scan')
 
@@ -62,6 +64,10 @@ def test_no_goal_is_taken_when_an_old_scan_is_played_again(start):
         code, text = refused_goal(bench, box)
     assert code is ErrorCode.NOT_ACTIVE
     assert 'a second source speaks for the belt on box_scan' in text
+    bench.wait(
+        lambda: any(alarm.code == 'SECOND_SOURCE' for msg in alarms for alarm in msg.alarms),
+        'alarm',
+    )
 
 
 def test_a_goal_of_an_older_planner_is_refused(start):

@@ -37,6 +37,9 @@ TROUBLES: dict[str, Trouble] = {
     'COLLISION': Trouble(
         _ALARM, 'Look what the arm has touched and whether it is whole, then: cell ack'
     ),
+    'SECOND_SOURCE': Trouble(
+        _ALARM, 'End the other node, or the recording that is played, then: cell ack'
+    ),
     'JAM': Trouble(_ALARM, 'Clear the belt, then: cell ack'),
     'GRASP_FAILED': Trouble(_WARNING, f'{_RECURS} the pad and at the faces of the boxes.'),
     'BOX_MISMATCH': Trouble(_WARNING, f'{_RECURS} the scanner.'),

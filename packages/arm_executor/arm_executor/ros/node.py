@@ -72,6 +72,7 @@ from arm_executor.ros.services import Services
 from arm_executor.ros.views import Views
 from pack_msgs.action import PlaceBox
 from pack_msgs.msg import AlarmArray, BoxScan, ExecutorState
+from pack_msgs_py.alarms import raised
 from pack_msgs_py.cell_values import Report
 from pack_msgs_py.codes import ErrorCode, Mode
 from pack_msgs_py.one_source import new_session
@@ -163,6 +164,7 @@ class ArmExecutor(Node):
         session = new_session()
         self._publish = Publishers(self, session)
         self._sources = Sources(self, (ARM, session))
+        self._second = ''
         self._views = Views(
             self,
             self._layout,
@@ -388,9 +390,21 @@ class ArmExecutor(Node):
 
     def _beat(self) -> None:
         self._core.tick()
+        self._mind_second_source()
         status = self._core.status()
         self._mode = status.mode
         self._publish.heartbeat(status)
+
+    def _mind_second_source(self) -> None:
+        """Raise the alarm once for as long as somebody else speaks for a part of the cell."""
+        second, before = self._sources.second(), self._second
+        self._second = second
+        alarm = raised('SECOND_SOURCE', second, self._now_s())
+        if second and not before and alarm is not None:
+            try:
+                self._core.panel.raise_alarm(alarm)
+            except JournalError as error:
+                self.get_logger().error(f'{second}; and {error}')
 
     def _operated(self) -> None:
         """An operator has changed something: all see it at once."""
