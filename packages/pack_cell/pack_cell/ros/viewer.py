@@ -44,6 +44,7 @@ from pack_msgs.msg import (
 from pack_msgs.srv import Operate
 from pack_msgs_py.codes import Command
 from pack_msgs_py.ros import conversions, qos
+from pack_msgs_py.ros.conversions import bins_from_ros, scan_from_ros
 from pack_msgs_py.ros.run_node import run_node
 from pack_msgs_py.ros.sourced import Sources
 
@@ -59,7 +60,7 @@ _ORDERS = {
     Order.FEED: (CONVEYOR, Command.FEED),
     Order.EMPTY: (CONVEYOR, Command.EMPTY),
 }
-SCENE_PERIOD_S, TEXT_PERIOD_S, STATE_PERIOD_S = 0.05, 0.5, 0.25
+SCENE_PERIOD_S, TEXT_PERIOD_S = 0.05, 0.3
 
 
 class Viewer(Node):
@@ -74,6 +75,7 @@ class Viewer(Node):
         self.view = CellView(listener.watch, int(os.environ.get('ROS_DOMAIN_ID') or 0))
         self._orders: queue.SimpleQueue[tuple[Order, str]] = queue.SimpleQueue()
         self._bins: BinStateArray | None = None
+        self._scan: BoxScan | None = None
         self._seen = False
         self._wake = self.create_guard_condition(self._pass_on)
         self.page = CellPage(self.view, address, self._on_button)
@@ -84,9 +86,10 @@ class Viewer(Node):
             for name in (ARM_EXECUTOR, CONVEYOR)
         }
         self._layout_asked = self.create_client(GetParameters, 'arm_executor/get_parameters')
-        self.create_timer(SCENE_PERIOD_S, self._show_scene)
+        self._scene_timer = self.create_timer(SCENE_PERIOD_S, self._show_scene)
+        self._scene_timer.cancel()
+        self._joints: Any = None
         self.create_timer(TEXT_PERIOD_S, self._show_text)
-        self.create_timer(STATE_PERIOD_S, self.page.refresh_state)
         self._layout_timer = self.create_timer(1.0, self._ask_layout)
 
     def destroy_node(self) -> None:
@@ -99,7 +102,7 @@ class Viewer(Node):
     def _listen(self) -> None:
         view = self.view
         cell: dict[str, tuple[type, Callable[[Any], None]]] = {
-            'box_scan': (BoxScan, lambda msg: view.on_scan(conversions.scan_from_ros(msg)[0])),
+            'box_scan': (BoxScan, self._on_scan),
             'bin_state': (BinStateArray, self._on_bins),
             'bin_closed': (BinState, lambda msg: view.on_closed(conversions.bin_from_ros(msg))),
             'bin_closing': (
@@ -114,14 +117,9 @@ class Viewer(Node):
                 PlacementReport,
                 lambda msg: view.on_report(conversions.report_from_ros(msg)),
             ),
-            'box_event': (BoxEvent, lambda msg: view.on_event(conversions.event_from_ros(msg))),
+            'box_event': (BoxEvent, self._on_event),
         }
         others: dict[str, tuple[type, Callable[[Any], None], QoSProfile]] = {
-            'joint_states': (
-                JointState,
-                lambda msg: view.on_joints(dict(zip(msg.name, msg.position, strict=True))),
-                qos_profile_sensor_data,
-            ),
             'robot_description': (
                 String,
                 lambda msg: view.on_robot(read_urdf(msg.data)),
@@ -146,9 +144,29 @@ class Viewer(Node):
 
         return guarded
 
+    # The largest messages of the cell, and the most frequent: converted only for who looks.
+
     def _on_bins(self, msg: BinStateArray) -> None:
-        # The largest message of the cell: converted only for somebody who looks.
         self._bins = msg
+
+    def _on_scan(self, msg: BoxScan) -> None:
+        self._scan = msg
+        self.view.watch.on_scan(len(msg.boxes), msg.remaining)
+
+    def _take_waiting(self) -> None:
+        """Convert what has come since."""
+        if self._bins is not None:
+            bins, self._bins = self._bins, None
+            self._guarded('bin_state', lambda msg: self.view.on_bins(bins_from_ros(msg)))(bins)
+        if self._scan is not None:
+            scan, self._scan = self._scan, None
+            self._guarded('box_scan', lambda msg: self.view.on_scan(scan_from_ros(msg)[0]))(scan)
+
+    def _on_event(self, msg: BoxEvent) -> None:
+        if self._seen:
+            # Where a box lay that was picked is in the scan before.
+            self._take_waiting()
+        self.view.on_event(conversions.event_from_ros(msg))
 
     # -- where everything stands -----------------------------------------------------------------
 
@@ -168,24 +186,33 @@ class Viewer(Node):
 
     # -- what is shown ---------------------------------------------------------------------------
 
-    def _show_scene(self) -> None:
-        if not self.page.watched:
-            self._seen = False
-            return
-        if not self._seen:
-            self._seen = True
-            self._show_text()
-        if self._bins is not None:
-            msg, self._bins = self._bins, None
-            self._guarded('bin_state', self._take_bins)(msg)
-        self.page.refresh_scene()
-
-    def _take_bins(self, msg: BinStateArray) -> None:
-        self.view.on_bins(conversions.bins_from_ros(msg))
-
     def _show_text(self) -> None:
-        if self.page.watched:
+        """What is cheap, and whether anybody looks: all else is done only then."""
+        self.page.refresh_state()
+        if self.page.watched is not self._seen:
+            self._seen = self.page.watched
+            (self._look if self._seen else self._look_away)()
+        if self._seen:
+            self._take_waiting()
             self.page.refresh_text()
+
+    def _look(self) -> None:
+        def take(msg: JointState) -> None:
+            self.view.on_joints(dict(zip(msg.name, msg.position, strict=True)))
+
+        heard = self._guarded('joint_states', take)
+        self._joints = self.create_subscription(
+            JointState, 'joint_states', heard, qos_profile_sensor_data
+        )
+        self._scene_timer.reset()
+
+    def _look_away(self) -> None:
+        self._scene_timer.cancel()
+        self.destroy_subscription(self._joints)
+
+    def _show_scene(self) -> None:
+        self._take_waiting()
+        self.page.refresh_scene()
 
     # -- what the buttons ask for ----------------------------------------------------------------
 

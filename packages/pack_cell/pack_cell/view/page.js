@@ -2,7 +2,7 @@
 // when nobody answers any more: what stands still on a page must not look like a cell that runs.
 (() => {
   const PERIOD_MS = 500, LOST_AFTER = 3;
-  const SIGNS = {run: '▶', paused: '❚❚', operator: '✋', fault: '⚠', idle: '●'};
+  const SIGNS = {run: '▶', paused: '❚❚', operator: '■', fault: '✖', idle: '●'};
   const LOST = {
     tone: 'fault', word: 'NO CONNECTION', action: 'Start this page again: cell view',
     now: 'What stands below is old', count: '',
@@ -19,8 +19,7 @@
     const parts = {
       sign: SIGNS[state.tone] || '', name: state.word, action: state.action, now: state.now,
       number: state.count === '' ? '' : state.placed,
-      alarms: state.alarms ? `${state.alarms} new ${state.alarms > 1 ? 'alarms' : 'alarm'}`
-        : state.count === '' ? '' : 'placed',
+      alarms: state.alarms ? `${state.alarms} to look at` : state.count === '' ? '' : 'placed',
     };
     for (const [name, text] of Object.entries(parts)) {
       const node = banner.querySelector(`.${name}`);

@@ -127,8 +127,8 @@ class CellPage:
         self._write('alarms', alarms_html(self._view))
         paused, stopped = self._view.is_paused, self._view.is_stopped
         for button, is_shown in (
-            (self._pause, not paused),
-            (self._resume, paused),
+            (self._pause, not paused and not stopped),
+            (self._resume, paused and not stopped),
             (self._stop, not stopped),
             (self._reset, stopped),
             (self._acknowledge, bool(self._view.alarms)),
