@@ -180,9 +180,11 @@ class OneSource:
         return f'started at {started}'
 
     def _another(self, topic: str, which: str, now_s: float) -> str:
-        text = (
-            f'a second source speaks for {self._part} on {topic}: it {which}, the one that is '
-            f'believed {self._age(self._session or 0)}'
+        believed = (
+            'none is believed yet'
+            if self._session is None
+            else f'the one that is believed {self._age(self._session)}'
         )
+        text = f'a second source speaks for {self._part} on {topic}: it {which}, {believed}'
         self._second = (text, now_s)
         return text

@@ -133,7 +133,7 @@ def test_a_node_of_ones_own_need_not_say_who_it_is():
 
 def test_where_all_say_who_they_are_a_stranger_is_not_believed_though_he_speaks_first():
     arm = Listener(named=True)
-    assert 'does not say when it started' in arm.hear(0, 0)
+    assert 'does not say when it started, none is believed yet' in arm.hear(0, 0)
     assert arm.hear(FIRST, 1) == ''
     assert arm.taken == [(FIRST, 1)]
 
