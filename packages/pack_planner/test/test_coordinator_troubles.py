@@ -104,7 +104,8 @@ def test_bins_that_came_before_the_refusal_they_explain_are_used_at_once(rig):
 def test_a_refusal_that_is_not_about_the_placement_waits_for_new_inputs(rig, code):
     rig.start('a')
     rig.refuse(code)
-    assert rig.take() == []
+    # The message of the newer bins may be lost: they are asked for.
+    assert rig.take() == ([('refresh',)] if code is ErrorCode.STALE_BIN_REVISION else [])
     rig.bins(replace(EMPTY, revision=3))
     assert rig.take() == [('plan', 2)]
     assert rig.situations[2].forbidden.by_bin == {}

@@ -202,7 +202,7 @@ class ArmExecutor(Node):
             (BoxScan, qos.TRUE_BOXES, self._on_truth),
         ):
             checked = self._sources.checked(topic, take)
-            self.create_subscription(kind, topic, checked, qos.TOPICS[topic])
+            self.create_subscription(kind, topic, checked, qos.heard(topic))
         others = self._sources.checked('executor_state', lambda msg: None)
         self.create_subscription(ExecutorState, 'executor_state', others, 10)
         self.create_subscription(AlarmArray, 'alarms', self._on_alarms, qos.ALARMS_HEARD)

@@ -64,7 +64,7 @@ from pack_msgs_py.ros.conversions import (
 )
 from pack_msgs_py.ros.conversions.content import MOST_BINS, MOST_BOXES
 from pack_msgs_py.ros.declare_parameters import declare_parameters
-from pack_msgs_py.ros.qos import TOPICS, TRUE_BOXES
+from pack_msgs_py.ros.qos import TOPICS, TRUE_BOXES, heard
 from pack_msgs_py.ros.run_node import run_node
 from pack_msgs_py.ros.sourced import BELT, SourcedPublisher, Sources
 
@@ -140,9 +140,9 @@ class ConveyorNode(Node):
             (PlacementReport, 'placement_report', self._on_report),
             (PlacementDecision, 'placements', self._on_placement),
         ):
-            self.create_subscription(kind, topic, self._guard(topic, callback), TOPICS[topic])
-        heard = self._guard('executor_state', self._on_executor_state)
-        self.create_subscription(ExecutorState, 'executor_state', heard, 10)
+            self.create_subscription(kind, topic, self._guard(topic, callback), heard(topic))
+        beat = self._guard('executor_state', self._on_executor_state)
+        self.create_subscription(ExecutorState, 'executor_state', beat, 10)
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._use_parameters)
         news = self._conveyor.start(*self._now())

@@ -6,6 +6,8 @@ heartbeat proves that the thread behind it still runs.
 
 from __future__ import annotations
 
+from copy import copy
+
 from rclpy.duration import Duration
 from rclpy.qos import (
     DurabilityPolicy,
@@ -46,6 +48,18 @@ HEARTBEAT = QoSProfile(
 
 #: What the boxes really are, which only a simulation knows.
 TRUE_BOXES = 'simulation/true_boxes'
+
+#: A subscriber keeps so many messages: with one alone, a stranger's would take the place of the
+#: last true one before it is looked at.
+_HEARD_DEPTH = 10
+
+
+def heard(topic: str) -> QoSProfile:
+    """The profile of a subscriber of ``topic``, which takes it from whoever offers it."""
+    profile = copy(TOPICS[topic])
+    profile.depth = max(profile.depth, _HEARD_DEPTH)
+    return profile
+
 
 TOPICS: dict[str, QoSProfile] = {
     'box_scan': STATE,

@@ -416,6 +416,9 @@ class Coordinator:
         known = asked in [(target.id, target.revision) for target in bins]
         # the bins that explain a refusal may have come before it
         self._stale_inputs = known
+        if known and code is ErrorCode.STALE_BIN_REVISION:
+            # A state is sent once, on its change; that message is late, or was lost.
+            self._out.refresh_bins()
         where = f'box {decision.box.id!r} into bin {decision.bin_id!r} at {decision.corner_mm} mm'
         self._out.warn(f'{code.name} ({code.value}), {where}: {message}')
         self._failures.add(decision.box.id, code, message)

@@ -190,7 +190,7 @@ class PlannerNode(Node):
             kind,
             topic,
             self._sources.checked(topic, receive),
-            qos.TOPICS[topic],
+            qos.heard(topic),
             event_callbacks=events,
         )
 
