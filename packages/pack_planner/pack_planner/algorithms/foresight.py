@@ -5,7 +5,7 @@ often flush with what lies beyond: so the far ends count too. The waste of a pla
 (:mod:`pack_planner.algorithms.play_out`) is here
 
     0.6 lost / volume - 2.1 touched - 0.5 level - 0.3 snug + 0.6 above + 0.3 beside
-    + 1.5 shut off + 2 (bins older than its own)
+    + 3 shut off + 2 (bins older than its own)
 
 where ``level`` are tops that differ by no more than 2 mm, ``snug`` is the share of the sides that
 have a gap below 60 mm, and ``above`` and ``beside`` are room that the boxes in sight would leave
@@ -28,11 +28,11 @@ from pack_planner.algorithms.waste_weights import WasteWeights
 
 WEIGHTS = WasteWeights(
     lost=0.6, touched=2.1, level=0.5, spread=0.0, younger=2.0, large_first=1.35, no_place=1.15,
-    snug=0.3, near_mm=60.0, far_ends=True, level_mm=2.0, above=0.6, beside=0.3, shut_off=1.5,
+    snug=0.3, near_mm=60.0, far_ends=True, level_mm=2.0, above=0.6, beside=0.3, shut_off=3.0,
 )  # fmt: skip
 
 WEIGHTS_BY_VERTICES = replace(
-    OF_ROLLOUT, far_ends=True, level_mm=2.0, above=0.6, beside=0.3, shut_off=1.5
+    OF_ROLLOUT, far_ends=True, level_mm=2.0, above=0.6, beside=0.3, shut_off=3.0
 )  # fmt: skip
 
 
