@@ -20,7 +20,7 @@ pytestmark = pytest.mark.slow
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ('pack_msgs_py', 'conveyor_sim', 'pack_planner', 'arm_executor', 'pack_cell')
 #: What starts or looks for nodes, and so needs ROS.
-NODES = ('.ros', '.running', '.cli', '.__main__')
+NODES = ('.ros', '.running', '.chaos', '.testing', '.cli', '.__main__')
 #: What only an extra asks for: a module that needs one of them says so when it is imported.
 OPTIONAL = {'distributed', 'matplotlib', 'ortools', 'pinocchio', 'pybullet', 'toppra'}
 

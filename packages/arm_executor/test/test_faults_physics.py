@@ -34,11 +34,14 @@ STILL = 0.01
 
 
 class PhysicsBench(CoreBench):
-    """A core with the arm that really moves; ``when`` is done, once, as a phase begins."""
+    """A core with the arm that really moves; ``when`` is done, once, as a phase begins.
+
+    Nobody stands by: alarms acknowledge themselves.
+    """
 
     def __init__(self, arm=None, **options):
         self.when = {}
-        super().__init__(arm=arm or PhysicsArm(LAYOUT), **options)
+        super().__init__(arm=arm or PhysicsArm(LAYOUT), acknowledges_itself=True, **options)
 
     def _hear(self, output):
         # On the arm's thread, so that what is done to the world is done between two steps.

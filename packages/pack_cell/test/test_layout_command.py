@@ -119,5 +119,5 @@ def test_floor_of_a_deep_bin_is_in_reach_of_the_joints_but_behind_its_wall():
     floor = station.places[:, 2] < 0.2
     assert not station.free[floor].any()
     assert station.free[~floor].all()
-    assert station.blocked_by['upper_arm and bin A front wall'] > 10
+    assert station.blocked_by['upper_arm_link and bin A front wall'] > 10
     assert sum(station.blocked_by.values()) == np.count_nonzero(~station.free)

@@ -144,6 +144,15 @@ class OneSource:
         """``topic`` was subscribed to anew: what was heard last comes once more."""
         self._numbers.pop(topic, None)
 
+    def settle(self, now_s: float) -> None:
+        """Believe a node that was started again once the one before is dead, though it be silent.
+
+        Its first words may be its last for long: what happened to a box while it was down.
+        """
+        newcomer = self._newcomer
+        if newcomer is not None and now_s >= self._heard_s + self._silent_s:
+            self._bind(newcomer.session, now_s)
+
     def _bind(self, session: int, now_s: float) -> None:
         newcomer, self._newcomer = self._newcomer, None
         if self._session is not None:

@@ -62,6 +62,17 @@ def test_a_node_that_starts_again_is_believed_and_nothing_that_it_said_is_lost()
     assert not arm.second
 
 
+def test_what_a_node_says_once_after_its_start_is_taken_though_it_falls_silent():
+    arm = Listener()
+    arm.hear(FIRST, 50)
+    arm.hear(SECOND, 1, after_s=0.8, topic='events')
+    arm.source.settle(arm.now_s + 0.2)
+    assert arm.taken == [(FIRST, 50)], 'the first may still live'
+    arm.source.settle(arm.now_s + 0.4)
+    assert arm.taken == [(FIRST, 50), (SECOND, 1)]
+    assert arm.hear(SECOND, 2, after_s=9.0, topic='events') == ''
+
+
 def test_a_last_word_that_was_under_way_is_no_second_source():
     arm = Listener()
     arm.hear(FIRST, 50)

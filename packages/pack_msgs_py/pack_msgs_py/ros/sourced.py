@@ -32,6 +32,8 @@ LATE_S, FRESH = 3.0, ('box_scan', 'executor_state')
 #: Clocks of two computers may differ so much, seconds.
 AHEAD_S = 5.0
 THROTTLE_S = 5.0
+#: How often it is looked whether one that was started again is to be believed, seconds.
+SETTLE_PERIOD_S = 0.25
 
 
 def source_of(msg: Any) -> Source:  # noqa: ANN401 - any message of the topics above
@@ -78,6 +80,12 @@ class Sources:
         if own is not None:
             part, session = own
             self._parts[part] = OneSource(part, own=session, named=named)
+        node.create_timer(SETTLE_PERIOD_S, self._settle)
+
+    def _settle(self) -> None:
+        now_s = time.monotonic()
+        for part in self._parts.values():
+            part.settle(now_s)
 
     def checked(self, topic: str, take: Callable[[Any], None]) -> Callable[[Any], None]:
         """``take``, which gets the messages of ``topic`` of the source that is believed.
