@@ -128,7 +128,7 @@ def test_after_an_interrupt_the_same_command_goes_on(folder):
         time.sleep(0.005)
     process.send_signal(signal.SIGINT)
     _, error = process.communicate(timeout=100.0)
-    assert process.returncode == 130
+    assert process.returncode == 130, error
     assert (
         error.splitlines()[-1] == ('cell tune: interrupted; the same command goes on from here')
         and 'Traceback' not in error
