@@ -119,11 +119,11 @@ def test_it_goes_on_where_it_was_and_ends_where_one_run_would(folder, capsys):
 @pytest.mark.slow
 def test_after_an_interrupt_the_same_command_goes_on(folder):
     command = [sys.executable, '-m', 'pack_cell', 'tune', *FEW, '--algorithm', './mine.py:mine',
-               '--evaluations', '18']  # fmt: skip
+               '--evaluations', '36']  # fmt: skip
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     trials = folder / 'tuned.json.trials'
     deadline = time.monotonic() + 100.0
-    while not trials.exists() or trials.read_text().count('\n') < 4:
+    while not trials.exists() or trials.read_text().count('\n') < 1:
         assert process.poll() is None and time.monotonic() < deadline
         time.sleep(0.005)
     process.send_signal(signal.SIGINT)
@@ -135,7 +135,7 @@ def test_after_an_interrupt_the_same_command_goes_on(folder):
     )
     assert not (folder / 'tuned.json').exists()
     known = trials.read_text()
-    assert tune('--evaluations', 18) == 0
+    assert tune('--evaluations', 36) == 0
     assert trials.read_text().startswith(known)
 
 
