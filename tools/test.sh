@@ -16,7 +16,7 @@ done
 # Tests that wait for nodes leave a core idle, so there is one more worker than cores; `-n 0` runs
 # all of them in one process.
 export PYTEST_XDIST_AUTO_NUM_WORKERS=${PYTEST_XDIST_AUTO_NUM_WORKERS:-$(($(nproc) + 1))}
-options=(-n auto --maxprocesses 8 --dist worksteal)
+options=(-n auto --maxprocesses 8 --dist worksteal -r fER)
 if [[ $fast ]]; then
   options+=(-m 'not (cell or ros or physics or slow)')
 else

@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip('toppra')
 
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from arm_executor.model.kinematics import BRANCHES, HOME_POSTURE, CellKinematics
@@ -46,6 +46,7 @@ def pad_acceleration(trajectory):
 @pytest.mark.parametrize('load', [HEAVY, LIGHT, None])
 @settings(max_examples=15, deadline=None)
 @given(share=st.floats(0.0, 0.98))
+@example(share=0.47)  # the plan turns from gaining speed to losing it
 def test_a_stop_keeps_to_the_limits_of_the_load_and_to_the_path(timing, swing, load, share):
     timed = timing.trajectory(swing, load, PERIOD)
     at_s = share * timed.duration

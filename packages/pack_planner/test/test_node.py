@@ -202,7 +202,7 @@ def test_a_box_that_can_go_nowhere_is_rejected_and_the_others_are_placed(domain,
     with cell(domain, [bad, *boxes(2)]) as peers:
         peers.send_all()
         peers.goals.wait(2)
-        rejected = decision(peers.announced.items[0])
+        rejected = decision(peers.announced.wait(1))
     assert peers.announced.items[0][0].status == PlacementDecision.STATUS_REJECT
     assert (rejected.box.id, rejected.reject_reason, rejected.bin_id) == ('bad', reason, '')
 

@@ -38,7 +38,9 @@ def stopped(
     at, rate, change = at_s, 1.0, 0.0
     rows = [(at, rate, change)]
     while rate > _AT_REST and at < timed.duration:
-        change = limits.steepest(*_sampled(timed, at), rate)
+        # The plan may turn from gaining speed to losing it within the step: both ends must bear it.
+        ahead = min(at + rate * period, timed.duration)
+        change = max(limits.steepest(*_sampled(timed, point), rate) for point in (at, ahead))
         change = max(change, -rate / period)
         at = min(at + (rate + change * period / 2) * period, timed.duration)
         rate += change * period
