@@ -12,8 +12,7 @@ from executor_cases import make_box, make_decision, make_goal, make_scan, pick_o
 from arm_executor.arms.timed import FAULT_SHIFT_M, TimedArm
 from arm_executor.bins.book import BookError
 from arm_executor.goals.outputs import BinsChanged, Failed, Finished, Happened, Replied
-from arm_executor.goals.placing import MOTION_PLAN_S
-from pack_msgs_py.cell_values import Scan, ScannedBox
+from pack_msgs_py.cell_values import MOTION_PLAN_S, Scan, ScannedBox
 from pack_msgs_py.codes import ErrorCode, Mode
 from pack_msgs_py.geometry.pose import Pose, about_z, quaternion_product, turn_between
 

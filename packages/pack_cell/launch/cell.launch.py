@@ -17,7 +17,7 @@ from pack_cell.launching import (
     launch_arguments,
     launched_nodes,
 )
-from pack_cell.running.node_commands import NODES
+from pack_cell.ros.executables import NODES
 
 #: What RViz shows, and what it listens to beside the transforms.
 RVIZ_CONFIG = Path(__file__).resolve().parents[1] / 'config' / 'cell.rviz'

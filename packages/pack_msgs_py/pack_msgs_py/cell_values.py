@@ -12,6 +12,10 @@ from pack_msgs_py.codes import BoxEventKind, ErrorCode, PlacementStatus, Reason
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Bin, Box, Int3, Vec3
 
+#: What a motion that is planned counts where the clock does not, seconds: its usual time, for the
+#: planner that asks about it and for the arm that carries it out.
+MOTION_PLAN_S = 0.03
+
 
 @dataclass(frozen=True)
 class ScannedBox:

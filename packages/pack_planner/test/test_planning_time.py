@@ -7,14 +7,13 @@ from dataclasses import replace
 import pytest
 from coordinator_rig import CoordinatorRig
 
-from pack_msgs_py.cell_values import Report
+from pack_msgs_py.cell_values import MOTION_PLAN_S, Report
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode
 from pack_planner.coordination.answers import CheckAnswer
 from pack_planner.coordination.negotiation import MARGIN_S
 from pack_planner.coordination.planning_time import (
     AFTER_PICK_SHARE,
     DECISION_S,
-    MOTION_PLAN_S,
     PREDICTION_S,
     PlanningTime,
 )

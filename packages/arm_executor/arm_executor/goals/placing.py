@@ -20,7 +20,7 @@ from arm_executor.goals.waiting import Waiting, waiting_for
 from arm_executor.model.arm_interface import Arm, MotionError, MotionHooks, MotionPlan, MotionResult
 from arm_executor.model.pick_area import as_text
 from arm_executor.parameters import ExecutorSettings
-from pack_msgs_py.cell_values import Report
+from pack_msgs_py.cell_values import MOTION_PLAN_S, Report
 from pack_msgs_py.codes import ErrorCode, Phase, Reason
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.geometry.resting import resting_pose, with_poses
@@ -32,8 +32,6 @@ _WHY_RETURNED = {
     ErrorCode.CANCELED: Reason.OPERATOR,
     ErrorCode.BOX_MISMATCH: Reason.INVALID_DATA,
 }
-#: What a motion that is planned counts where the clock does not, seconds; its usual time.
-MOTION_PLAN_S = 0.03
 #: A motion takes up to this much longer than predicted: trajectories run in whole steps.
 EXECUTION_SLACK_S = 0.05
 #: Progress is told at each new phase, and then at each further share of the whole.

@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pack_cell.chaos.cell_at_hand import CellAtHand
-from pack_cell.ros.executables import executable
-from pack_cell.running.node_commands import NODES
+from pack_cell.ros.executables import NODES, executable
 
 if TYPE_CHECKING:
     from pack_cell.ros.attacker import SteppedAttacker

@@ -12,8 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pack_cell.ros.executables import executable
-from pack_cell.running.node_commands import NODES
+from pack_cell.ros.executables import NODES, executable
 from pack_msgs_py.signals import signal_name
 
 #: What each node is started with.

@@ -9,8 +9,7 @@ import yaml
 
 from pack_cell.files import naming
 from pack_cell.options.run_options import RunOptions
-from pack_cell.ros.executables import NODES as NODES
-from pack_cell.ros.executables import executable
+from pack_cell.ros.executables import NODES, executable
 from pack_cell.running.node_parameters import node_parameters, recorder_parameters
 from pack_cell.running.supervisor import NodeSpec
 

@@ -11,11 +11,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from pack_msgs_py.cell_values import MOTION_PLAN_S
 from pack_planner.coordination.answers import TRANSIENT, CheckAnswer
 
-#: Seconds of a decision beside its nodes, of a prediction, and of a motion that is planned: medians
-#: of two slow cores (docs/benchmarks/execution.md).
-DECISION_S, PREDICTION_S, MOTION_PLAN_S = 0.002, 0.002, 0.03
+#: Seconds of a decision beside its nodes, and of a prediction: medians of two slow cores.
+DECISION_S, PREDICTION_S = 0.002, 0.002
 #: Share of a motion that follows its pick: 0.71 to 0.78 of four kinds of bins.
 AFTER_PICK_SHARE = 0.7
 
