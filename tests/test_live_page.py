@@ -103,12 +103,29 @@ def test_buttons_ask_for_what_they_say(served: Served) -> None:
     for label, order in (
         ('Pause', Order.PAUSE),
         ('Stop', Order.STOP),
-        ('Swap this bin', Order.SWAP_BIN),
-        ('Empty the belt to the reject lane', Order.EMPTY),
+        ('Swap: close it, an empty one comes', Order.SWAP_BIN),
+        ('Close it, and leave its place empty', Order.CLOSE_BIN),
+        ('Hold: no more boxes into it', Order.HOLD_BIN),
+        ('Release: boxes go into it again', Order.RELEASE_BIN),
     ):
         client.press(label)
         assert served.order() == (order, 'LDC-1')
     client.close()
+
+
+def test_what_cannot_be_undone_is_asked_back(served: Served) -> None:
+    for label, order in (
+        ('Empty the belt to the reject lane', Order.EMPTY),
+        ('Finish the shift', Order.FINISH),
+    ):
+        for answer in ('No', f'Yes: {label.lower()}'):
+            client = SocketClient(served.url)
+            client.press(label)
+            client.press(answer)
+            client.wait_for(lambda message: message['type'] == 'GuiCloseModalMessage', 'closed')
+            client.close()
+        assert served.order() == (order, ''), 'asked for once, after the yes'
+        assert served.orders.empty()
 
 
 def test_boxes_are_sent_as_batches_and_only_when_they_change(served: Served) -> None:

@@ -41,7 +41,6 @@ setup(
         'rich',
         'scipy',
         'shtab',
-        'trimesh',
         'viser',
         'websockets',
     ],

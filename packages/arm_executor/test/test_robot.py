@@ -9,9 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from arm_executor.model.kinematics import BRANCHES, CellKinematics, forward, inverse, quaternions_of
+from arm_executor.model.kinematics import BRANCHES, CellKinematics, forward, inverse
 from arm_executor.model.layout import Layout, Rail
 from arm_executor.model.robot_data import ROBOTS, find_robot
+from arm_executor.model.rotations import quaternions_of
 from arm_executor.model.tree import (
     BARE_FRAMES,
     CELL_JOINT_NAMES,

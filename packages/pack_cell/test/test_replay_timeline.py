@@ -106,7 +106,7 @@ def test_an_arm_that_rests_does_not_creep_to_where_it_goes_next() -> None:
     joints = np.frombuffer(base64.b64decode(run['joints']), '<f4')
     assert np.interp(9.8, times, joints) == pytest.approx(0.0)
     assert np.interp(10.05, times, joints) == pytest.approx(0.55)
-    assert run['robot']['links']['tcp'][0]['sphere'] == 0.1
+    assert run['robot']['shapes'][0]['sizes'] == (0.1,)
 
 
 def test_robot_time_passes_between_what_was_told_of_it() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -24,14 +26,14 @@ from view_cases import (
 from arm_executor.model.kinematics import CellKinematics
 from arm_executor.model.layout import Layout, bin_frame
 from arm_executor.model.robot_data import ROBOTS
+from arm_executor.model.robot_shapes import read_urdf
 from arm_executor.model.tree import CELL_JOINT_NAMES
 from pack_cell.view.banner import LOOKS, Tone
 from pack_cell.view.cell_view import CellView
 from pack_cell.view.live_figures import WINDOW, LiveFigures
 from pack_cell.view.plain_words import ENDINGS, REASONS
-from pack_cell.view.robot_shapes import read_urdf
 from pack_cell.view.scene import LAST, NEXT, Batch, drawn_cell
-from pack_cell.view.side import alarms_html, figures_html, why_html, why_lines
+from pack_cell.view.side import alarms_html, figures_html, lately_html, why_html, why_lines
 from pack_cell.watching.cell_watch import HEARTBEAT_SILENCE_S, CellWatch
 from pack_msgs_py.alarms import Alarm
 from pack_msgs_py.cell_values import RunnerUp
@@ -147,7 +149,16 @@ def test_p95_is_of_the_last_decisions_and_one_of_them(times):
 
 
 def test_before_the_first_box_the_figures_are_dashes():
-    assert figures_html(new_view()).count('<b>–</b>') == 4
+    assert figures_html(new_view()).count('<b>–</b>') == 5
+
+
+def test_the_fill_of_the_open_bins_is_that_of_their_room_together():
+    view = new_view()
+    view.on_bins(bins_of(PLACED))
+    alone = view.bins[0].fill_rate
+    assert view.fill_now == pytest.approx(alone)
+    view.on_bins(replace(bins_of(PLACED), bins=(view.bins[0], replace(view.bins[0], boxes=()))))
+    assert view.fill_now == pytest.approx(alone / 2)
 
 
 # -- the scene -------------------------------------------------------------------------------------
@@ -278,7 +289,7 @@ def test_names_of_boxes_are_no_markup():
     view = new_view()
     view.on_event(event_for(BOX, BoxEventKind.LOST))
     view.on_decision(decision_for(BOX))
-    for html in (why_html(view), alarms_html(view)):
+    for html in (why_html(view), lately_html(view)):
         assert '<b>small' not in html and '&lt;b&gt;small &amp; brown' in html
 
 
@@ -293,4 +304,4 @@ def test_alarms_stand_until_the_node_says_that_they_are_over_and_happenings_stay
     assert 'Find the box, then press Acknowledge' in html and 'grave' in html
     assert view.banner().word == 'WAITING FOR OPERATOR'
     view.watch.on_alarms('/arm_executor', ())
-    assert 'No alarm stands' in alarms_html(view) and 'take hold' in alarms_html(view)
+    assert 'box-1 is lost' not in alarms_html(view) and 'take hold' in lately_html(view)

@@ -64,11 +64,37 @@ def test_buttons_reach_arm_and_belt_and_the_answer_is_shown(viewer: Viewer) -> N
         ('Resume', 'the arm goes on'),
         ('Drain: feed no more boxes', 'feed'),
         ('Stop', 'the arm stops'),
-        ('Swap this bin', 'LDC-3'),
+        ('Hold: no more boxes into it', 'is held'),
+        ('Release: boxes go into it again', 'is filled again'),
+        ('Swap: close it, an empty one comes', 'LDC-3'),
     ):
         client.press(label)
         shown(answer)
+    client.wait_for(lambda message: 'LDC-3' in message.get('updates', {}).get('options', ()), 'it')
+    client.press('Close it, and leave its place empty')
+    shown('stays empty')
     client.close()
+
+
+def test_a_finished_shift_empties_the_belt_and_closes_the_bins_when_somebody_confirms_it(
+    viewer: Viewer,
+) -> None:
+    client = look(viewer)
+    client.press('Finish the shift')
+    client.press('Yes: finish the shift')
+    for text in ('the arm is paused', 'reject lane', 'no bin holds a box', 'the arm goes on'):
+        client.wait_for(lambda message, text=text: text in str(message), text)
+    client.close()
+
+
+def test_while_nobody_looks_the_page_rests_and_is_awake_at_once_for_who_comes(
+    viewer: Viewer,
+) -> None:
+    wait_until(lambda: not viewer.looked_at.is_set(), 'rest')
+    client = look(viewer)
+    assert viewer.looked_at.is_set()
+    client.close()
+    wait_until(lambda: not viewer.looked_at.is_set(), 'rest again')
 
 
 def test_a_pause_of_the_page_is_a_state_of_the_cell_with_its_author(viewer: Viewer) -> None:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from arm_executor.model.layout import Layout
 from arm_executor.model.robot_data import ROBOTS
+from arm_executor.model.robot_shapes import read_urdf
 from arm_executor.model.urdf import cell_urdf
 from pack_cell.view.cell_view import CellView
-from pack_cell.view.robot_shapes import read_urdf
 from pack_cell.watching.cell_watch import NODES, CellWatch
 from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Report, Scan, ScannedBox
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Level, Mode

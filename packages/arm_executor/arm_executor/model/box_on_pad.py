@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arm_executor.model.kinematics import quaternions_of
+from arm_executor.model.rotations import quaternions_of
 from pack_msgs_py.cell_values import ScannedBox
 from pack_msgs_py.geometry.pose import Pose, rotation_matrix
 from pack_msgs_py.values import Box

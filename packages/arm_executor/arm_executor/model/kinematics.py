@@ -20,7 +20,6 @@ from numpy.typing import ArrayLike, NDArray
 from arm_executor.model.compiled_kinematics import frames_of, solutions_of
 from arm_executor.model.layout import Layout
 from arm_executor.model.robot_data import RobotModel
-from pack_msgs_py.geometry.pose import Quaternion
 
 Array = NDArray[np.float64]
 
@@ -128,21 +127,3 @@ class CellKinematics:
         config[:, :, 0] = x[:, None]
         config[:, :, 1:] = inverse(self.robot, pose)
         return config
-
-
-def quaternions_of(turns: Array) -> list[Quaternion]:
-    """Quaternions (x, y, z, w) of rotation matrices (n, 3, 3).
-
-    The eigenvector of the largest eigenvalue (Bar-Itzhack, 2000) has no singular cases.
-    """
-    m = np.moveaxis(turns, 0, -1)
-    table = np.array(
-        [
-            [m[0, 0] - m[1, 1] - m[2, 2], m[1, 0] + m[0, 1], m[2, 0] + m[0, 2], m[2, 1] - m[1, 2]],
-            [m[1, 0] + m[0, 1], m[1, 1] - m[0, 0] - m[2, 2], m[2, 1] + m[1, 2], m[0, 2] - m[2, 0]],
-            [m[2, 0] + m[0, 2], m[2, 1] + m[1, 2], m[2, 2] - m[0, 0] - m[1, 1], m[1, 0] - m[0, 1]],
-            [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1], m[0, 0] + m[1, 1] + m[2, 2]],
-        ]
-    )
-    _, vectors = np.linalg.eigh(np.moveaxis(table, -1, 0))
-    return [(x, y, z, w) for x, y, z, w in vectors[:, :, -1].tolist()]

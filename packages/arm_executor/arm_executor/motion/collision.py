@@ -14,9 +14,9 @@ import pybullet
 from numpy.typing import NDArray
 
 from arm_executor.model import bullet
-from arm_executor.model.kinematics import quaternions_of
 from arm_executor.model.layout import Block, Layout
 from arm_executor.model.robot_data import RobotModel
+from arm_executor.model.rotations import quaternions_of
 from arm_executor.model.urdf import cell_urdf
 from arm_executor.motion.obstacle_world import (
     ARM_MARGIN,

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 from pack_cell.operate.options import add_operate, box_of, placed_box_of
 from pack_cell.options.parsers import OneLineParser
 from pack_cell.running.screen import Screen
-from pack_cell.watching.cell_watch import ARM_EXECUTOR, CONVEYOR
+from pack_cell.watching.cell_watch import ARM_EXECUTOR, CONVEYOR, STANDS
 from pack_cell.watching.finding import NoCell, domain_of_cell
 from pack_cell.watching.state_text import NEEDS_SOMEBODY, status_json, status_lines
-from pack_msgs_py.codes import Command, Mode
+from pack_msgs_py.codes import Command
 
 if TYPE_CHECKING:
     from pack_cell.ros.cell_client import Answer, CellClient
@@ -37,9 +37,6 @@ _ARM = {
     'release': Command.RELEASE_BIN,
 }
 _BELT = {'drain': Command.DRAIN, 'feed': Command.FEED, 'empty': Command.EMPTY}
-
-#: Modes in which the arm begins no motion.
-_STANDS = (Mode.PAUSED, Mode.ALARM, Mode.PROTECTIVE_STOP, Mode.FAULT)
 
 
 def operate(arguments: Sequence[str]) -> int:
@@ -156,7 +153,7 @@ def _finish(client: CellClient) -> list[Answer]:
     client.wait_until(lambda watch: watch.complete, LISTEN_S)
     answers = [] if client.watch.paused else [client.arm(Command.PAUSE)]
     answers.append(client.belt(Command.EMPTY))
-    if not client.wait_until(lambda watch: watch.mode in _STANDS):
+    if not client.wait_until(lambda watch: watch.mode in STANDS):
         text = 'the arm is still placing a box; it stays paused: cell finish again, or cell resume'
         return [*answers, (False, text)]
     answers.append(client.arm(Command.CLOSE_ALL))

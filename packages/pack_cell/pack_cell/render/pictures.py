@@ -88,9 +88,9 @@ def _still(run: Timeline) -> list[tuple[Block, colours.Colour]]:
         end_y = max([front_y + belt.length, *far])
         half = belt.width / 2
         blocks.append((Block('belt', (-half, front_y, 0.0), (half, end_y, top_z)), colours.BELT))
-    for joint in (run.robot or {}).get('joints', ()):
-        if joint['kind'] == 'prismatic' and joint['limits']:
-            low, high = joint['limits']
+    for joint in () if run.robot is None else run.robot.joints:
+        if joint.kind == 'prismatic' and joint.limits is not None:
+            low, high = joint.limits
             rail = Block('rail', (low - 0.25, -0.12, 0.0), (high + 0.25, 0.12, 0.1))
             blocks.append((rail, colours.STEEL))
     return blocks

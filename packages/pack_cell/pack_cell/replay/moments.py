@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arm_executor.model.kinematics import quaternions_of
+from arm_executor.model.rotations import quaternions_of
 from pack_cell.replay.timeline import Timeline
 from pack_msgs_py.geometry.pose import Pose, rotation_matrix
 from pack_msgs_py.values import STATIONS, Vec3, frame_name

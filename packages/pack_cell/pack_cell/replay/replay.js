@@ -31,7 +31,7 @@
     const frames = {};
     for (const joint of run.robot.joints) {
       const value = values[joint.name] ?? 0;
-      let moved = M.origin(joint.xyz, joint.rpy);
+      let moved = M.pose(joint.pose);
       if (joint.kind === 'prismatic') moved = M.times(moved, M.pose(joint.axis.map((v) => v * value)));
       else if (joint.kind !== 'fixed') moved = M.times(moved, M.about(joint.axis, value));
       frames[joint.child] = M.times(frames[joint.parent] ?? M.unit(), moved);
@@ -39,15 +39,11 @@
     return frames;
   };
   const tcpAt = (t) => framesOf(jointsAt(t)).tcp;
-  const shapesOf = (frames) => Object.entries(run.robot.links).flatMap(([link, shapes]) => shapes.map((shape) => {
-    const at = M.times(frames[link] ?? M.unit(), M.origin(shape.xyz, shape.rpy));
-    if (shape.box) return { mesh: 'box', model: M.scaled(at, shape.box), colour: shape.colour };
-    if (shape.cylinder) {
-      const [radius, length] = shape.cylinder;
-      return { mesh: 'cylinder', model: M.scaled(at, [radius, radius, length]), colour: shape.colour };
-    }
-    return { mesh: 'sphere', model: M.scaled(at, [shape.sphere, shape.sphere, shape.sphere]), colour: shape.colour };
-  }));
+  const shapesOf = (frames) => run.robot.shapes.map(({ link, kind, sizes, pose, colour }) => {
+    const at = M.times(frames[link] ?? M.unit(), M.pose(pose)), [first, second] = sizes;
+    const edges = { box: sizes, cylinder: [first, first, second], sphere: [first, first, first] };
+    return { mesh: kind, model: M.scaled(at, edges[kind]), colour };
+  });
   const hasArm = Boolean(run.robot && jointTimes.length && run.robot.joints.some((joint) => joint.child === 'tcp'));
 
   // -- what stands still -------------------------------------------------------------------------

@@ -20,15 +20,6 @@ const M = {
       x, y, z, 1,
     ];
   },
-  origin([x, y, z], [roll, pitch, yaw]) {
-    const [a, b, c] = [roll, pitch, yaw].map(Math.sin), [d, e, f] = [roll, pitch, yaw].map(Math.cos);
-    return [
-      f * e, c * e, -b, 0,
-      f * b * a - c * d, c * b * a + f * d, e * a, 0,
-      f * b * d + c * a, c * b * d - f * a, e * d, 0,
-      x, y, z, 1,
-    ];
-  },
   about([x, y, z], angle) {
     const half = angle / 2, s = Math.sin(half) / (Math.hypot(x, y, z) || 1);
     return M.pose([0, 0, 0, x * s, y * s, z * s, Math.cos(half)]);

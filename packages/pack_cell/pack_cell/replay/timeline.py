@@ -6,6 +6,7 @@ Lengths in the bins and on the belt are millimetres, of the robot metres.
 from __future__ import annotations
 
 import base64
+import contextlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -13,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from arm_executor.model.colours import carton
+from arm_executor.model.robot_shapes import RobotShapes, read_urdf
 from pack_cell.recording.heard import (
     ArmMode,
     FixedFrame,
@@ -20,7 +22,6 @@ from pack_cell.recording.heard import (
     JointPositions,
     RobotText,
 )
-from pack_cell.replay.urdf_shapes import urdf_shapes
 from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Report, Scan
 from pack_msgs_py.closing import ClosingReason
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, PlacementStatus
@@ -41,7 +42,7 @@ class Timeline:
     """Feeds on what was heard, in its order; :meth:`data` is what a page shows."""
 
     boxes: dict[str, dict[str, Any]] = field(default_factory=dict)
-    robot: dict[str, Any] | None = None
+    robot: RobotShapes | None = None
     urdf: str = ''
     frames: dict[str, Pose] = field(default_factory=dict)
     joint_names: tuple[str, ...] = ()
@@ -86,8 +87,8 @@ class Timeline:
             case JointPositions():
                 self._joints(now_s, value)
             case RobotText():
-                self.robot = urdf_shapes(value.urdf) or self.robot
-                self.urdf = value.urdf
+                with contextlib.suppress(ValueError):
+                    self.robot, self.urdf = read_urdf(value.urdf), value.urdf
             case FixedFrame():
                 self.frames[value.name] = value.pose
 
@@ -101,7 +102,7 @@ class Timeline:
         return {
             'end': self.end_s,
             'boxes': list(self.boxes.values()),
-            'robot': self.robot if self.joints else None,
+            'robot': _robot_data(self.robot) if self.robot and self.joints else None,
             'stations': stations,
             'belt_head': _pose_row(self.frames['belt']) if 'belt' in self.frames else None,
             'joint_names': self.joint_names,
@@ -287,3 +288,31 @@ def _pose_row(pose: Pose, scale: float = 1.0) -> list[float]:
 def _packed(values: Sequence[float]) -> str:
     """Numbers as base64 of 32 bit floats: a third of their text."""
     return base64.b64encode(np.asarray(values, dtype='<f4').tobytes()).decode()
+
+
+def _robot_data(robot: RobotShapes) -> dict[str, Any]:
+    """Joints, parents before children, and shapes on links; metres and radians."""
+    return {
+        'joints': [
+            {
+                'name': joint.name,
+                'kind': joint.kind,
+                'parent': joint.parent,
+                'child': joint.child,
+                'pose': _pose_row(joint.origin),
+                'axis': joint.axis,
+                'limits': joint.limits,
+            }
+            for joint in robot.joints
+        ],
+        'shapes': [
+            {
+                'link': shape.link,
+                'kind': shape.kind,
+                'sizes': shape.sizes,
+                'pose': _pose_row(shape.pose),
+                'colour': shape.colour,
+            }
+            for shape in robot.shapes
+        ],
+    }

@@ -15,6 +15,8 @@ from __future__ import annotations
 
 import os
 import queue
+import threading
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -25,14 +27,14 @@ from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from arm_executor.reach.layout_file import find_layout
+from arm_executor.model.robot_shapes import read_urdf
 from pack_cell.options.page_address import DEFAULT_PORT, LOOPBACK
 from pack_cell.ros.cell_monitor import CellListener
+from pack_cell.ros.resting_executor import RestingExecutor
 from pack_cell.view.cell_view import CellView
 from pack_cell.view.page import CellPage, Order, PageAddress
-from pack_cell.view.robot_shapes import read_urdf
 from pack_cell.view.web_server import PageTaken
-from pack_cell.watching.cell_watch import ARM_EXECUTOR, CONVEYOR
+from pack_cell.watching.cell_watch import ARM_EXECUTOR, CONVEYOR, STANDS
 from pack_msgs.msg import (
     BinState,
     BinStateArray,
@@ -56,15 +58,27 @@ _ORDERS = {
     Order.STOP: (ARM_EXECUTOR, Command.STOP),
     Order.RESET: (ARM_EXECUTOR, Command.RESET),
     Order.SWAP_BIN: (ARM_EXECUTOR, Command.SWAP_BIN),
+    Order.CLOSE_BIN: (ARM_EXECUTOR, Command.CLOSE_BIN),
+    Order.HOLD_BIN: (ARM_EXECUTOR, Command.HOLD_BIN),
+    Order.RELEASE_BIN: (ARM_EXECUTOR, Command.RELEASE_BIN),
     Order.DRAIN: (CONVEYOR, Command.DRAIN),
     Order.FEED: (CONVEYOR, Command.FEED),
     Order.EMPTY: (CONVEYOR, Command.EMPTY),
 }
+#: Those of them that are about one bin.
+_OF_A_BIN = (Order.SWAP_BIN, Order.CLOSE_BIN, Order.HOLD_BIN, Order.RELEASE_BIN)
+#: So long the arm may take to end its box when a shift is finished, seconds.
+FINISH_S = 60.0
 SCENE_PERIOD_S, TEXT_PERIOD_S = 0.05, 0.3
+#: The page gives way to what moves the cell.
+NICENESS = 5
 
 
 class Viewer(Node):
-    """See the module; ``address`` is where the page is served, by default as parameters say."""
+    """See the module; ``address`` is where the page is served, by default as parameters say.
+
+    ``looked_at`` is set while somebody may look.
+    """
 
     def __init__(self, address: PageAddress | None = None, **node_arguments: Any) -> None:  # noqa: ANN401
         super().__init__('viewer', **node_arguments)
@@ -76,9 +90,11 @@ class Viewer(Node):
         self._orders: queue.SimpleQueue[tuple[Order, str]] = queue.SimpleQueue()
         self._bins: BinStateArray | None = None
         self._scan: BoxScan | None = None
-        self._seen = False
+        self._seen, self._finishing_until_s = False, 0.0
+        self.looked_at = threading.Event()
+        self._layout: tuple[str, str] | None = None
         self._wake = self.create_guard_condition(self._pass_on)
-        self.page = CellPage(self.view, address, self._on_button)
+        self.page = CellPage(self.view, address, self._on_button, self.looked_at.set)
         self.url = f'http://{address.host}:{self.page.port}/'
         self._listen()
         self._operate = {
@@ -178,8 +194,17 @@ class Viewer(Node):
         self._layout_asked.call_async(request).add_done_callback(self._on_layout)
 
     def _on_layout(self, future: Any) -> None:  # noqa: ANN401 - rclpy's future
+        path, robot = (value.string_value for value in future.result().values)
+        self._layout = (path, robot)
+
+    def _stand_like_the_cell(self) -> None:
+        """Read the layout; what reads it takes half a second to come up."""
+        if self._layout is None:
+            return
+        from arm_executor.reach.layout_file import find_layout
+
+        (path, robot), self._layout = self._layout, None
         try:
-            path, robot = (value.string_value for value in future.result().values)
             self.page.stand_like(find_layout(path, robot))
         except ValueError as error:
             self.get_logger().warning(f'belt and bins are drawn where they usually stand: {error}')
@@ -189,12 +214,19 @@ class Viewer(Node):
     def _show_text(self) -> None:
         """What is cheap, and whether anybody looks: all else is done only then."""
         self.page.refresh_state()
+        if self._finishing_until_s:
+            self._close_bins_of_the_shift()
         if self.page.watched is not self._seen:
-            self._seen = self.page.watched
+            self._seen = not self._seen
             (self._look if self._seen else self._look_away)()
         if self._seen:
             self._take_waiting()
             self.page.refresh_text()
+        elif self.looked_at.is_set():
+            self.looked_at.clear()
+            if self.page.watched:
+                # Somebody has come while it was cleared.
+                self.looked_at.set()
 
     def _look(self) -> None:
         def take(msg: JointState) -> None:
@@ -212,6 +244,7 @@ class Viewer(Node):
 
     def _show_scene(self) -> None:
         self._take_waiting()
+        self._stand_like_the_cell()
         self.page.refresh_scene()
 
     # -- what the buttons ask for ----------------------------------------------------------------
@@ -226,13 +259,15 @@ class Viewer(Node):
             order, bin_id = self._orders.get()
             if order is Order.RESUME:
                 self._resume()
+            elif order is Order.FINISH:
+                self._finish()
             elif order is Order.ACKNOWLEDGE:
                 for node, count in self.view.watch.nodes_with_alarms.items():
                     if count:
                         self._ask(node.rpartition('/')[2], Command.ACKNOWLEDGE)
             else:
                 node, command = _ORDERS[order]
-                self._ask(node, command, bin_id if order is Order.SWAP_BIN else '')
+                self._ask(node, command, bin_id if order in _OF_A_BIN else '')
 
     def _resume(self) -> None:
         """The arm, and the belt where that was paused too."""
@@ -241,6 +276,24 @@ class Viewer(Node):
             self._ask(ARM_EXECUTOR, Command.RESUME)
         if belt_paused:
             self._ask(CONVEYOR, Command.RESUME)
+
+    def _finish(self) -> None:
+        """The arm ends its box, the belt is emptied; bins are closed when the arm stands."""
+        if not self.view.watch.paused:
+            self._ask(ARM_EXECUTOR, Command.PAUSE)
+        self._ask(CONVEYOR, Command.EMPTY)
+        self._finishing_until_s = time.monotonic() + FINISH_S
+
+    def _close_bins_of_the_shift(self) -> None:
+        if self.view.watch.mode in STANDS:
+            self._ask(ARM_EXECUTOR, Command.CLOSE_ALL)
+            self._ask(ARM_EXECUTOR, Command.RESUME)
+        elif time.monotonic() > self._finishing_until_s:
+            text = 'The arm is still placing a box; it stays paused: press Finish again, or Resume'
+            self.page.tell(text, good=False)
+        else:
+            return
+        self._finishing_until_s = 0.0
 
     def _ask(self, node: str, command: Command, bin_id: str = '') -> None:
         client = self._operate.get(node)
@@ -269,7 +322,7 @@ def serve_page(address: PageAddress, told: Callable[[str], None], namespace: str
         told(viewer.url)
         return viewer
 
-    run_node('viewer', make, args=[], cannot_start=(PageTaken,))
+    _run(make, [])
 
 
 def main(args: list[str] | None = None) -> None:
@@ -280,7 +333,18 @@ def main(args: list[str] | None = None) -> None:
         viewer.get_logger().info(f'the cell is shown at {viewer.url}')
         return viewer
 
-    run_node('viewer', make, args=args, cannot_start=(PageTaken,))
+    _run(make, args)
+
+
+def _run(make: Callable[[], Viewer], args: list[str] | None) -> None:
+    os.nice(NICENESS)
+    run_node(
+        'viewer',
+        make,
+        args=args,
+        cannot_start=(PageTaken,),
+        spun_by=lambda viewer: RestingExecutor(viewer.looked_at),
+    )
 
 
 if __name__ == '__main__':

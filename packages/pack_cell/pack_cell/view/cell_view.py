@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from arm_executor.model.box_on_pad import BoxOnPad, held_by_pad
+from arm_executor.model.robot_shapes import RobotShapes
 from pack_cell.view.banner import Banner, banner_of
 from pack_cell.view.happenings import Happenings
 from pack_cell.view.live_figures import LiveFigures, SeenBefore
-from pack_cell.view.robot_shapes import RobotShapes
 from pack_cell.watching.cell_watch import CellWatch
 from pack_msgs_py.alarms import Alarm
 from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Report, Scan
@@ -131,6 +131,14 @@ class CellView:
         both = (self._carried, self.decision)
         known = {one.box.id: one for one in both if one is not None}
         return tuple(one for one in known.values() if one.status is not PlacementStatus.REJECT)
+
+    @property
+    def fill_now(self) -> float | None:
+        """Fill of the open bins together, 0 to 1; ``None`` while none is known."""
+        room = sum(math.prod(standing.spec.size_mm) for standing in self.bins)
+        if not room:
+            return None
+        return sum(one.fill_rate * math.prod(one.spec.size_mm) for one in self.bins) / room
 
     @property
     def alarms(self) -> tuple[Alarm, ...]:

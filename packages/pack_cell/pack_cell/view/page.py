@@ -10,12 +10,12 @@ import numpy as np
 import viser
 
 from arm_executor.model.layout import Layout
+from arm_executor.model.robot_shapes import RobotShapes
 from pack_cell.view.box_drawing import DrawnBatch
 from pack_cell.view.cell_view import CellView
 from pack_cell.view.robot_drawing import DrawnRobot, wxyz
-from pack_cell.view.robot_shapes import RobotShapes
 from pack_cell.view.scene import bin_middle, drawn_cell
-from pack_cell.view.side import alarms_html, figures_html, state_of, why_html
+from pack_cell.view.side import alarms_html, figures_html, lately_html, state_of, why_html
 from pack_cell.view.web_server import start_server, stop_server
 from pack_msgs_py.geometry.pose import metres
 from pack_msgs_py.values import STATIONS, Vec3
@@ -24,6 +24,8 @@ from pack_msgs_py.values import STATIONS, Vec3
 _PANEL = 400
 #: Where one sees the whole cell from, and what one looks at.
 _FROM, _AT = (-3.4, -3.0, 3.6), (0.0, 0.7, 0.6)
+#: The same on an upright screen, of which the panel covers the lower half.
+_UPRIGHT_FROM, _UPRIGHT_AT = (-1.35, -6.0, 6.6), (-0.15, -0.1, -1.1)
 
 
 class Order(str, Enum):
@@ -34,9 +36,13 @@ class Order(str, Enum):
     STOP = 'stop'
     RESET = 'reset'
     SWAP_BIN = 'swap_bin'
+    CLOSE_BIN = 'close_bin'
+    HOLD_BIN = 'hold_bin'
+    RELEASE_BIN = 'release_bin'
     DRAIN = 'drain'
     FEED = 'feed'
     EMPTY = 'empty'
+    FINISH = 'finish'
     ACKNOWLEDGE = 'acknowledge'
 
 
@@ -49,18 +55,21 @@ class PageAddress:
 
 
 def _fit_phone(client: viser.ClientHandle) -> None:
-    """On an upright screen the panel covers the lower half: show the cell above it."""
-    if client.camera.image_width < client.camera.image_height:
+    """Show the whole cell above the panel."""
+    if _is_upright(client):
         with client.atomic():
-            client.camera.position = 1.45 * np.array(_FROM)
-            client.camera.look_at = (0.0, 0.3, -0.9)
+            client.camera.position, client.camera.look_at = _UPRIGHT_FROM, _UPRIGHT_AT
+
+
+def _is_upright(client: viser.ClientHandle) -> bool:
+    return client.camera.image_width < client.camera.image_height
 
 
 class CellPage:
     """Serves the page of ``view``.
 
-    All methods but the ``order`` that buttons call, with a bin where it is about one, are for one
-    thread; ``order`` is called from others.
+    All methods are for one thread; called from others are ``order``, by buttons, with a bin where
+    it is about one, and ``on_look``, when somebody opens the page.
 
     Raises
     ------
@@ -69,7 +78,11 @@ class CellPage:
     """
 
     def __init__(
-        self, view: CellView, address: PageAddress, order: Callable[[Order, str], None]
+        self,
+        view: CellView,
+        address: PageAddress,
+        order: Callable[[Order, str], None],
+        on_look: Callable[[], None] = lambda: None,
     ) -> None:
         self._view, self._order = view, order
         self._layout = Layout()
@@ -85,6 +98,7 @@ class CellPage:
         self._make_panel()
         self._make_scene()
         self._server.on_client_connect(_fit_phone)
+        self._server.on_client_connect(lambda client: on_look())
 
     @property
     def port(self) -> int:
@@ -125,6 +139,7 @@ class CellPage:
     def refresh_text(self) -> None:
         """What stands beside the scene, as far as it has changed."""
         self._write('alarms', alarms_html(self._view))
+        self._write('lately', lately_html(self._view))
         paused, stopped = self._view.is_paused, self._view.is_stopped
         for button, is_shown in (
             (self._pause, not paused and not stopped),
@@ -234,20 +249,37 @@ class CellPage:
         gui.main_panel.set_width(_PANEL)
         self._pieces: dict[str, viser.GuiHtmlHandle] = {}
         self._make_buttons()
+        self._pieces['alarms'] = gui.add_html('')
         for name, label in (('figures', 'Figures'), ('why', 'Why this box')):
             with gui.add_folder(label):
                 self._pieces[name] = gui.add_html('')
-        with gui.add_folder('Alarms'):
-            self._acknowledge = gui.add_button('Acknowledge', color='orange', visible=False)
-            self._give(self._acknowledge, Order.ACKNOWLEDGE)
-            self._pieces['alarms'] = gui.add_html('')
-        with gui.add_folder('More', expand_by_default=False):
+        with gui.add_folder('One bin'):
             self._bin = gui.add_dropdown('Bin', ('–',))
-            self._give(gui.add_button('Swap this bin', color='gray'), Order.SWAP_BIN)
+            for label, order in (
+                ('Swap: close it, an empty one comes', Order.SWAP_BIN),
+                ('Close it, and leave its place empty', Order.CLOSE_BIN),
+                ('Hold: no more boxes into it', Order.HOLD_BIN),
+                ('Release: boxes go into it again', Order.RELEASE_BIN),
+            ):
+                self._give(gui.add_button(label, color='gray'), order)
+        with gui.add_folder('Belt and shift'):
             self._give(gui.add_button('Drain: feed no more boxes', color='gray'), Order.DRAIN)
             self._give(gui.add_button('Feed again', color='gray'), Order.FEED)
-            empty = gui.add_button('Empty the belt to the reject lane', color='gray')
-            self._give(empty, Order.EMPTY)
+            for label, order, question in (
+                (
+                    'Empty the belt to the reject lane',
+                    Order.EMPTY,
+                    'Every box on the belt goes to the reject lane, and no more are fed.',
+                ),
+                (
+                    'Finish the shift',
+                    Order.FINISH,
+                    'The belt goes to the reject lane, and every bin with a box is closed.',
+                ),
+            ):
+                self._ask_first(gui.add_button(label, color='gray'), order, question)
+        with gui.add_folder('Lately'):
+            self._pieces['lately'] = gui.add_html('')
 
     def _make_buttons(self) -> None:
         gui = self._server.gui
@@ -255,11 +287,13 @@ class CellPage:
         self._resume = gui.add_button('Resume', color='green', icon=viser.Icon.PLAYER_PLAY)
         self._stop = gui.add_button('Stop', color='red', icon=viser.Icon.HAND_STOP)
         self._reset = gui.add_button('Reset', color='blue', icon=viser.Icon.REFRESH)
+        self._acknowledge = gui.add_button('Acknowledge', color='orange', icon=viser.Icon.CHECK)
         for button, order in (
             (self._pause, Order.PAUSE),
             (self._resume, Order.RESUME),
             (self._stop, Order.STOP),
             (self._reset, Order.RESET),
+            (self._acknowledge, Order.ACKNOWLEDGE),
         ):
             self._give(button, order)
         views = gui.add_button_group('Look at', ('All', *STATIONS))
@@ -267,6 +301,27 @@ class CellPage:
 
     def _give(self, button: viser.GuiButtonHandle, order: Order) -> None:
         button.on_click(lambda _: self._order(order, str(self._bin.value)))
+
+    def _ask_first(self, button: viser.GuiButtonHandle, order: Order, what: str) -> None:
+        """Have ``button`` ask back, as what it does cannot be undone."""
+
+        def ask(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+            if event.client is None:
+                return
+            with event.client.gui.add_modal(button.label) as modal:
+                event.client.gui.add_markdown(what)
+                yes = event.client.gui.add_button(f'Yes: {button.label.lower()}', color='red')
+                no = event.client.gui.add_button('No', color='gray')
+
+            def answer(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+                modal.close()
+                if event.target is yes:
+                    self._order(order, '')
+
+            yes.on_click(answer)
+            no.on_click(answer)
+
+        button.on_click(ask)
 
     def _look_at(self, client: viser.ClientHandle | None, what: str) -> None:
         """Turn the camera of who has pressed to a station, about which it then orbits."""
@@ -277,9 +332,13 @@ class CellPage:
             None,
         )
         with client.atomic():
+            upright = _is_upright(client)
             if middle is None:
-                client.camera.position, client.camera.look_at = _FROM, _AT
+                seen = (_UPRIGHT_FROM, _UPRIGHT_AT) if upright else (_FROM, _AT)
+                client.camera.position, client.camera.look_at = seen
                 return
             x, y, z = middle
-            client.camera.position = (x - 1.1, y - (1.9 if y > 0 else -1.9), z + 1.9)
-            client.camera.look_at = middle
+            far, low = (2.0, 0.9) if upright else (1.0, 0.0)
+            side = -1.9 if y > 0 else 1.9
+            client.camera.position = (x - 1.1 * far, y + side * far, z + 1.9 * far)
+            client.camera.look_at = (x, y, z - low)

@@ -1,18 +1,15 @@
-"""The robot in a viser scene: a mesh for each link, a frame for each joint."""
+"""The robot in a viser scene: a shape for each of its URDF, a frame for each joint."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
 import numpy as np
-import trimesh
 import viser
-from numpy.typing import NDArray
 
-from pack_cell.view.robot_shapes import LinkShape, RobotShapes
-from pack_msgs_py.geometry.pose import Pose, rotation_matrix
+from arm_executor.model.robot_shapes import LinkShape, RobotShapes
+from pack_msgs_py.geometry.pose import Pose
 
-Array = NDArray[np.float64]
 #: Below which the joints of the robot hang.
 ROOT = '/robot'
 
@@ -31,19 +28,8 @@ class DrawnRobot:
                 position=joint.origin.position,
                 wxyz=wxyz(joint.origin),
             )
-        links = {shape.link: shape for shape in robot.shapes}
-        for link in links:
-            parts = [shape for shape in robot.shapes if shape.link == link]
-            meshes = [_mesh(shape) for shape in parts]
-            vertices, faces = trimesh.util.append_faces(
-                [mesh.vertices for mesh in meshes], [mesh.faces for mesh in meshes]
-            )
-            server.scene.add_mesh_simple(
-                f'{self.node(link)}/shape',
-                vertices=vertices,
-                faces=faces,
-                color=parts[0].colour,
-            )
+        for number, shape in enumerate(robot.shapes):
+            _draw(server.scene, f'{self.node(shape.link)}/shape{number}', shape)
 
     def node(self, link: str) -> str:
         """Name of the scene's node for ``link``."""
@@ -69,17 +55,13 @@ def wxyz(pose: Pose) -> tuple[float, float, float, float]:
     return (w, x, y, z)
 
 
-def _mesh(shape: LinkShape) -> trimesh.Trimesh:
-    mesh: trimesh.Trimesh
+def _draw(scene: viser.SceneApi, name: str, shape: LinkShape) -> None:
+    position, turn = shape.pose.position, wxyz(shape.pose)
     if shape.kind == 'box':
-        mesh = trimesh.creation.box(extents=shape.sizes)
+        x, y, z = shape.sizes
+        scene.add_box(name, shape.colour, (x, y, z), position=position, wxyz=turn)
     elif shape.kind == 'cylinder':
         radius, length = shape.sizes
-        mesh = trimesh.creation.cylinder(radius=radius, height=length, sections=24)
+        scene.add_cylinder(name, radius, length, shape.colour, position=position, wxyz=turn)
     else:
-        mesh = trimesh.creation.icosphere(subdivisions=2, radius=shape.sizes[0])
-    place = np.eye(4)
-    place[:3, :3] = rotation_matrix(shape.pose.quaternion)
-    place[:3, 3] = shape.pose.position
-    mesh.apply_transform(place)
-    return mesh
+        scene.add_icosphere(name, shape.sizes[0], shape.colour, position=position, wxyz=turn)

@@ -33,9 +33,10 @@ def figures_html(view: CellView) -> str:
         tiles=(
             ('placed', f'{figures.placed}' + (f' of {total}' if total else ''), ''),
             ('boxes an hour', _number(figures.boxes_per_hour), ''),
-            ('closed bins', _percent(figures.fill_closed), f'{len(figures.closed)} closed'),
-            ('planning, p95', _number(figures.planning_p95_s, 1000), 'ms'),
-            ('time to spare', _number(figures.mean_slack_s, 1, 2), _late(view)),
+            ('fill now', _percent(view.fill_now), 'of open bins'),
+            ('fill', _percent(figures.fill_closed), f'of {len(figures.closed)} closed'),
+            ('ms of planning', _number(figures.planning_p95_s, 1000), 'p95'),
+            ('s to spare', _number(figures.mean_slack_s, 1, 2), _late(view)),
             ('rejected', str(sum(figures.rejects.values())), rejects),
         ),
         bins=[
@@ -92,12 +93,19 @@ def _place_text(other: RunnerUp) -> str:
 
 
 def alarms_html(view: CellView) -> str:
-    """What stands and waits for a person, and below it what happened lately."""
+    """What stands and waits for a person."""
     return render(
         'view/alarms.html',
         alarms=[
             (_time(alarm.raised_s), alarm, for_the_page(alarm.action)) for alarm in view.alarms
         ],
+    )
+
+
+def lately_html(view: CellView) -> str:
+    """What happened lately that was not as it should be."""
+    return render(
+        'view/lately.html',
         happenings=[(_time(one.stamp_s), one) for one in view.happenings][:SHOWN],
     )
 
@@ -122,9 +130,9 @@ def _time(stamp_s: float) -> str:
 def _late(view: CellView) -> str:
     least = view.figures.least_slack_s
     if least is None:
-        return 's'
+        return ''
     late = f', {view.figures.late} late' if view.figures.late else ''
-    return f's, least {least:.2f}{late}'
+    return f'least {least:.2f}{late}'
 
 
 def _number(value: float | None, factor: float = 1.0, digits: int = 0) -> str:

@@ -17,6 +17,8 @@ from pack_msgs_py.codes import Condition, Level, Mode
 #: The nodes of a cell.
 CONVEYOR, PLANNER, ARM_EXECUTOR = 'conveyor', 'planner', 'arm_executor'
 NODES = (CONVEYOR, PLANNER, ARM_EXECUTOR)
+#: Modes in which the arm begins no motion.
+STANDS = (Mode.PAUSED, Mode.ALARM, Mode.PROTECTIVE_STOP, Mode.FAULT)
 #: A node that has said nothing for so long is silent: heartbeats come ten times a second,
 #: diagnostics each second.
 HEARTBEAT_SILENCE_S, SILENCE_S = 2.0, 5.0

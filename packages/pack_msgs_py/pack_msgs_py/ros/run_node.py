@@ -10,7 +10,7 @@ from typing import TypeVar
 
 import rclpy
 from rclpy.clock import Clock, ClockType
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
 from rclpy.logging import get_logger
 from rclpy.node import Node
 
@@ -30,6 +30,7 @@ def run_node(
     cannot_start: tuple[type[Exception], ...] = (ValueError,),
     failed: tuple[type[Exception], ...] = (),
     stop: Callable[[SomeNode], bool] | None = None,
+    spun_by: Callable[[SomeNode], Executor] = lambda node: SingleThreadedExecutor(),
 ) -> None:
     """Run the node that ``create`` makes until SIGINT or SIGTERM, then end the process.
 
@@ -48,6 +49,8 @@ def run_node(
     stop
         Ends what the node has begun. When it returns False a thread goes on that cannot be ended:
         the process then ends without waiting for it, since Python would be taken down around it.
+    spun_by
+        Makes what spins the node.
 
     Raises
     ------
@@ -56,7 +59,7 @@ def run_node(
     Exception
         Any other error, as it came.
     """
-    stopped, code = _life(name, create, args, cannot_start, failed, stop)
+    stopped, code = _life(name, create, args, cannot_start, failed, stop, spun_by)
     if not stopped:
         sys.stdout.flush()
         sys.stderr.flush()
@@ -87,6 +90,7 @@ def _life(
     cannot_start: tuple[type[Exception], ...],
     failed: tuple[type[Exception], ...],
     stop: Callable[[SomeNode], bool] | None,
+    spun_by: Callable[[SomeNode], Executor],
 ) -> tuple[bool, int]:
     """Whether nothing goes on that cannot be ended, and the exit code; see :func:`run_node`.
 
@@ -101,7 +105,7 @@ def _life(
     try:
         node = create()
         warn_without_clock(node)
-        executor = SingleThreadedExecutor()
+        executor = spun_by(node)
         executor.add_node(node)
         executor.spin()
     except (KeyboardInterrupt, ExternalShutdownException):

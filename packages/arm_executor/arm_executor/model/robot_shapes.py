@@ -39,7 +39,10 @@ class LinkShape:
 
 @dataclass(frozen=True)
 class UrdfJoint:
-    """How ``child`` hangs on ``parent``; ``kind`` as URDF names it."""
+    """How ``child`` hangs on ``parent``; ``kind`` as URDF names it.
+
+    ``limits`` are its ends, metres or radians; ``None`` where there are none.
+    """
 
     name: str
     kind: str
@@ -47,6 +50,7 @@ class UrdfJoint:
     child: str
     origin: Pose
     axis: Vec3
+    limits: tuple[float, float] | None = None
 
     def transform(self, position: float) -> Pose:
         """Pose of ``child`` in ``parent`` with the joint at ``position``, metres or radians."""
@@ -114,7 +118,7 @@ def _joints(root: ElementTree.Element) -> Iterator[UrdfJoint]:
         parent, child = element.find('parent'), element.find('child')
         if parent is None or child is None:
             continue
-        axis = element.find('axis')
+        axis, limit = element.find('axis'), element.find('limit')
         yield UrdfJoint(
             element.attrib['name'],
             element.attrib['type'],
@@ -122,7 +126,12 @@ def _joints(root: ElementTree.Element) -> Iterator[UrdfJoint]:
             child.attrib['link'],
             _origin(element),
             _numbers('1 0 0' if axis is None else axis.attrib['xyz']),
+            None if limit is None else (_end(limit, 'lower'), _end(limit, 'upper')),
         )
+
+
+def _end(limit: ElementTree.Element, name: str) -> float:
+    return float(limit.attrib.get(name, '0'))
 
 
 def _shapes(root: ElementTree.Element) -> Iterator[LinkShape]:
