@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import Counter
 
 import pytest
+from rosbag2_rules import bag_topics
+from rosbags.highlevel import AnyReader
 from run_checks import TIMED, StartCell, assert_every_box_in_one_place
 
 from pack_cell.recording.reading import read_messages
@@ -15,10 +17,22 @@ pytestmark = pytest.mark.cell
 def test_a_run_records_every_decision_and_outcome(start_cell: StartCell) -> None:
     cell = start_cell('--count', '12', *TIMED)
     assert cell.wait() == 0, cell.text()
-    said = Counter(message.topic.name for message in read_messages(cell.out / 'run.mcap'))
+    recording = cell.out / 'run.mcap'
+    said = Counter(message.topic.name for message in read_messages(recording))
     assert said['/placements'] >= 12
     assert said['/placement_report'] >= 12
     assert min(said[name] for name in ('/box_scan', '/bin_state', '/clock', '/diagnostics')) > 0
+    of_bag = {topic.name: topic for topic in bag_topics(recording)}
+    assert {name: topic.messages for name, topic in of_bag.items()} == said
+    assert of_bag['/clock'].type_name == 'rosgraph_msgs/msg/Clock'
+    [bins] = of_bag['/bin_state'].offers
+    assert (bins['reliability'], bins['durability']) == ('reliable', 'transient_local')
+    with AnyReader([recording]) as bag:
+        decoded = Counter()
+        for connection, _, data in bag.messages():
+            bag.deserialize(data, connection.msgtype)
+            decoded[connection.topic] += 1
+    assert decoded == said, 'a reader that has only the definitions in the file reads every message'
 
 
 def test_a_run_goes_on_when_its_recorder_is_killed(start_cell: StartCell) -> None:

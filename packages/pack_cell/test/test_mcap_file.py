@@ -9,6 +9,7 @@ import yaml
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from recorded_messages import HASH, KEPT, message, topic
+from rosbag2_rules import bag_topics
 from rosbags.highlevel import AnyReader
 
 from pack_cell.recording.mcap_file import McapFile, write_mcap
@@ -42,22 +43,25 @@ def test_readers_of_others_read_messages_types_and_quality_of_service(tmp_path: 
     assert words == ['a', 'b']
 
 
-def test_the_metadata_of_rosbag2_tell_version_topics_and_span(tmp_path: Path) -> None:
+def test_rosbag2_takes_the_file_alone_with_its_quality_of_service(tmp_path: Path) -> None:
+    path = tmp_path / 'run.mcap'
+    write_mcap(path, [message('a', 1.0), message('b', 2.5), message('c', 3.0, topic('/clock'))])
+    words, clock = sorted(bag_topics(path), key=lambda each: each.messages, reverse=True)
+    assert (words.name, words.type_name) == ('/cell_1/words', 'std_msgs/msg/String')
+    assert (words.messages, words.offers, words.type_hash) == (2, (KEPT,), HASH)
+    assert (clock.name, clock.messages) == ('/clock', 1)
+
+
+def test_the_metadata_of_rosbag2_tell_the_span(tmp_path: Path) -> None:
     path = tmp_path / 'run.mcap'
     write_mcap(path, [message('a', 1.0), message('b', 2.5)])
     with path.open('rb') as stream:
-        reader = make_reader(stream)
-        records = [record for record in reader.iter_metadata() if record.name == 'rosbag2']
-        [channel] = reader.get_summary().channels.values()
+        records = [each for each in make_reader(stream).iter_metadata() if each.name == 'rosbag2']
     # The reader of rosbag2 goes through all of them: the last one counts.
     bag = yaml.safe_load(records[-1].metadata['serialized_metadata'])
     assert (bag['version'], bag['storage_identifier'], bag['message_count']) == (9, 'mcap', 2)
     assert bag['starting_time'] == {'nanoseconds_since_epoch': 1_000_000_000}
     assert bag['duration'] == {'nanoseconds': 1_500_000_000}
-    [of_topic] = bag['topics_with_message_count']
-    assert of_topic['topic_metadata']['offered_qos_profiles'] == [KEPT]
-    assert yaml.safe_load(channel.metadata['offered_qos_profiles']) == [KEPT]
-    assert channel.metadata['topic_type_hash'] == HASH
 
 
 def test_a_file_that_nobody_ended_is_read_up_to_its_last_chunk(tmp_path: Path) -> None:
