@@ -164,6 +164,11 @@ class ExecutorParameters:
         'share it; frames in the messages of the cell keep their names.',
         read_only=True,
     )
+    publish_clock: bool = parameter(
+        False,
+        'Publish robot time on `/clock` too, for nodes with `use_sim_time`.',
+        read_only=True,
+    )
 
 
 @dataclass(frozen=True)

@@ -35,14 +35,14 @@ def listen_in(node, monkeypatch):
     note(node._publish, 'event', lambda output: f'event {output.event.event.name}')
     note(node._publish, 'bins', lambda output: f'bins {output.state.revision}')
     note(node._publish, 'report', lambda report: 'report')
-    finish = node._action._execute_callback
+    finish = node._goals.action._execute_callback
 
     async def finishing(handle):
         result = await finish(handle)
         told.append('result')
         return result
 
-    node._action.register_execute_callback(finishing)
+    node._goals.action.register_execute_callback(finishing)
     return told
 
 

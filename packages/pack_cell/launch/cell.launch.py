@@ -43,6 +43,9 @@ def nodes(context: LaunchContext) -> list[Node]:
     common = {'use_sim_time': is_on('use_sim_time', given('use_sim_time'))}
     for name in ('planner', 'arm_executor'):
         parameters[name]['frame_prefix'] = given('frame_prefix')
+    parameters['arm_executor']['publish_clock'] = is_on('publish_clock', given('publish_clock'))
+    for name in NODES:
+        parameters[name]['autostart'] = is_on('autostart', given('autostart'))
     own = [given('params_file')] if given('params_file') else []
     started = [
         (package, executable, parameters[name]) for name, (package, executable) in NODES.items()

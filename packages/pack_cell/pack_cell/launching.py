@@ -36,6 +36,8 @@ OWN_ARGUMENTS = {
     'respawn': ('false', 'start a node again that ended; otherwise that ends the launch'),
     'exit_at_end': ('true', 'end the launch when every box of the stream is accounted for'),
     'use_sim_time': ('false', 'take the time from /clock'),
+    'publish_clock': ('false', 'the arm executor tells robot time on /clock'),
+    'autostart': ('true', 'otherwise belt, planner and arm wait, unconfigured, for transitions'),
     'log_level': ('info', 'debug, info, warn, error or fatal'),
 }
 

@@ -14,7 +14,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from arm_executor.bins.book import BinBook, BookError
-from arm_executor.bins.doubt import DOUBT
 from arm_executor.bins.journal import JournalError
 from arm_executor.bins.operation_log import OperationLog
 from arm_executor.bins.records import Step
@@ -22,6 +21,7 @@ from arm_executor.goals.admission import AdmissionState, Refusal, admit
 from arm_executor.goals.after_stop import clear_gripper
 from arm_executor.goals.belt_view import BeltClock, BeltView
 from arm_executor.goals.candidates import CandidateChecker, CandidateView, foresee
+from arm_executor.goals.condition import ExecutorCondition, trouble_of
 from arm_executor.goals.early_goals import EarlyGoals
 from arm_executor.goals.motion_clock import MotionClock
 from arm_executor.goals.operator_panel import OperatorPanel
@@ -40,14 +40,14 @@ from arm_executor.goals.outputs import (
 from arm_executor.goals.place_goal import PlaceGoal
 from arm_executor.goals.placing import Placing, Tools
 from arm_executor.goals.plan_cache import PlanCache
+from arm_executor.goals.recovering import recover
 from arm_executor.goals.reports import refusal_report
-from arm_executor.goals.resolving import finder, resolve_box
-from arm_executor.model.arm_interface import Arm, ClockedArm, MotionError, WatchedArm
+from arm_executor.goals.resolving import resolve_box
+from arm_executor.model.arm_interface import Arm, ClockedArm, MotionError
 from arm_executor.model.layout import LayoutError
 from arm_executor.parameters import ExecutorSettings
-from pack_msgs_py.alarms import raised
 from pack_msgs_py.cell_values import Scan
-from pack_msgs_py.codes import ErrorCode, Mode
+from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.values import Bin
 
 #: An arm that does not come to rest so long after the watchdog stopped it is a fault.
@@ -98,9 +98,7 @@ class ExecutorCore:
             wall,
             acknowledges_itself=settings.acknowledges_itself,
         )
-        self._protective_stop = self._stop_wanted = ''
-        self._fault = ''
-        self._last_fault = ''
+        self._condition = ExecutorCondition()
 
     # -- from outside ---------------------------------------------------------------------------
 
@@ -125,32 +123,21 @@ class ExecutorCore:
 
     def status(self) -> Status:
         """Mode and what is being done."""
-        tools = self._tools
+        tools, placing, attempt = self._tools, self._placing, self._book.attempt
+        box = '' if placing is None else placing.goal.decision.box.id
+        remaining_s = 0.0 if placing is None else placing.remaining_s
+        in_doubt = '' if attempt is None else attempt.placed.box.id
         error = 0.0 if tools is None else tools.arm.tracking_error()
         return replace(
-            self._status(),
-            last_fault=self._last_fault,
+            self._condition.status(box, remaining_s, in_doubt, self.panel),
+            last_fault=self._condition.last_fault,
             tracking_error=error,
             paused=self.panel.paused,
         )
 
-    def _status(self) -> Status:
-        placing, attempt = self._placing, self._book.attempt
-        active = '' if placing is None else placing.goal.decision.box.id
-        if self._fault:
-            return Status(Mode.FAULT, active, 0.0, self._fault)
-        if self._protective_stop:
-            held = '' if attempt is None else attempt.placed.box.id
-            return Status(Mode.PROTECTIVE_STOP, held, 0.0, self._protective_stop)
-        if self._tools is None:
-            return Status(Mode.INACTIVE, '', 0.0, 'starting')
-        if placing is not None:
-            return Status(Mode.EXECUTING, active, placing.remaining_s, '')
-        if self.panel.alarm:
-            return Status(Mode.ALARM, '', 0.0, self.panel.alarm)
-        if self.panel.paused:
-            return Status(Mode.PAUSED, '', 0.0, self.panel.paused)
-        return Status(Mode.IDLE, '', 0.0, '')
+    def set_active(self, *, active: bool) -> None:
+        """Take goals, or none from now on; one that is under way is brought to its end."""
+        self._condition.inactive = '' if active else 'to be activated'
 
     def joints(self) -> tuple[tuple[str, ...], tuple[float, ...]]:
         """Names and positions of the joints; empty when there are none."""
@@ -170,16 +157,11 @@ class ExecutorCore:
     def tick(self) -> None:
         """Go on with goals that came before their scan, watch the motion; call it now and then."""
         self._watch()
-        trouble = self._trouble()
-        if trouble and not (self._protective_stop or self._stop_wanted or self._fault):
+        trouble = trouble_of(self._tools)
+        if trouble and not self._condition.stops:
             self.protective_stop(trouble)
         for goal in self._early.due():
             self._admit(goal)
-
-    def _trouble(self) -> str:
-        """Why the robot cannot move, for an arm that can tell."""
-        arm = None if self._tools is None else self._tools.arm
-        return arm.trouble() if isinstance(arm, WatchedArm) else ''
 
     def submit(self, goal: PlaceGoal) -> None:
         """Admit ``goal`` and have it done, or refuse it; either way it ends in one report."""
@@ -201,9 +183,9 @@ class ExecutorCore:
     def protective_stop(self, text: str) -> None:
         """Stand still until :meth:`reset`, whatever goes on; a held box stays in the gripper."""
         placing = self._placing
-        self._stop_wanted = text
+        self._condition.stop_wanted = text
         if placing is None:
-            self._protective_stop = text
+            self._condition.protective_stop = text
         else:
             placing.halt(ErrorCode.PROTECTIVE_STOP, text)
             self._belt.wake()
@@ -267,7 +249,7 @@ class ExecutorCore:
 
     def check_usable(self) -> None:
         """:class:`BookError` when the bins cannot be changed now, since the arm is not there."""
-        if self._fault or self._tools is None:
+        if self._condition.fault or self._tools is None:
             status = self.status()
             msg = f'the executor is in mode {status.mode.name}: {status.message}'
             raise BookError(msg)
@@ -327,33 +309,15 @@ class ExecutorCore:
     def _begin(self) -> None:
         try:
             arm = self._make_arm()
-            recovery = self._book.recover(finder(arm))
-            state = self._book.state
-            self._book.settled(arm.set_bins(state.bins, state.poses))
-            self._in_world = tuple(bin_.serial for bin_ in state.bins)
+            recover(self._book, arm, self.panel, self.emit, self._wall())
+            self._in_world = tuple(bin_.serial for bin_ in self._book.state.bins)
         except Exception as error:
-            self._fault = f'cannot start: {error}'
+            self._condition.fault = f'cannot start: {error}'
             # What an arm says of its cell is enough; anything else is a fault of the code.
             told = isinstance(error, (MotionError, LayoutError))
             trace = '' if told else f'\n{traceback.format_exc()}'
             self.emit(Failed(f'cannot start: {error}{trace}'))
             return
-        for attempt in recovery.undecided:
-            box_id = attempt.placed.box.id
-            text = f'box {box_id!r} is unknown: {DOUBT}'
-            alarm = raised('BOX_UNKNOWN', text, self._wall(), box_id=box_id)
-            if alarm is not None:
-                self.panel.raise_alarm(alarm)
-        for attempt in recovery.returned:
-            text = f'box {attempt.placed.box.id!r} was in the gripper: returned'
-            self.emit(Said('warning', text))
-        for attempt in recovery.unmeasured:
-            text = f'box {attempt.placed.box.id!r} was just released: measured'
-            self.emit(Said('warning', text))
-        for event in self._book.events():
-            self.emit(Happened(event))
-        for closed, poses in self._book.closed():
-            self.emit(BinClosed(closed, poses))
         self._tools = Tools(
             arm=arm,
             book=self._book,
@@ -365,6 +329,7 @@ class ExecutorCore:
             steady=self._steady,
             wall=self._wall,
         )
+        self._condition.ready = True
         self.emit(BinsChanged(self._book.state))
         bins = ', '.join(f'{bin_.id} ({len(bin_.boxes)} boxes)' for bin_ in self._book.state.bins)
         self.emit(Said('info', f'ready; open bins: {bins}'))
@@ -379,11 +344,8 @@ class ExecutorCore:
         report = placing.run()
         if placing.abandoned:
             return
-        if report.code not in (ErrorCode.NONE, ErrorCode.CANCELED):
-            self._last_fault = f'{report.code.name}: {report.message}'
         self.panel.report(report)
-        if placing.needs_reset or self._stop_wanted:
-            self._protective_stop = self._stop_wanted or report.message or 'protective stop'
+        self._condition.ended(report, needs_reset=placing.needs_reset)
         self._placing = None
         self.emit(Finished(report))
 
@@ -405,36 +367,36 @@ class ExecutorCore:
             raise
 
     def _resolve(self, ticket: Ticket, box_id: str, placed: bool, text: str) -> None:
-        if self._tools is None or self._fault:
-            status = self.status()
-            answer = (False, f'the executor is in mode {status.mode.name}: {status.message}')
+        try:
+            self.check_usable()
+        except BookError as error:
+            self.emit(Replied(ticket, (False, str(error))))
         else:
-            answer = resolve_box(self._tools, box_id, placed=placed, text=text)
-        self.emit(Replied(ticket, answer))
+            answer = resolve_box(self._ready(), box_id, placed=placed, text=text)
+            self.emit(Replied(ticket, answer))
 
     def _leave_protective_stop(self) -> tuple[bool, str]:
-        if not self._protective_stop:
+        if not self._condition.protective_stop:
             return False, f'mode is {self.status().mode.name}; only a protective stop can be reset'
-        trouble = self._trouble()
+        trouble = trouble_of(self._tools)
         if trouble:
             return False, f'{trouble}; make the robot ready first, then reset'
         cleared, text = clear_gripper(self._ready())
         if cleared:
-            self._protective_stop = self._stop_wanted = ''
+            self._condition.protective_stop = self._condition.stop_wanted = ''
         return cleared, text
 
     def _fail(self, error: Exception) -> None:
         """Something that should not happen has: stand still, say so, wait for a person."""
         self._stop_motion()
-        self._fault = f'{type(error).__name__}: {error}; restart the node'
+        self._condition.failed(error)
         self.emit(Said('error', f'the executor failed, arm stopped\n{traceback.format_exc()}'))
-        self._last_fault = self._fault
         placing, self._placing = self._placing, None
         attempt = self._book.attempt
         if attempt is not None and attempt.step is not Step.PLANNED:
             try:
-                self.emit(Happened(self._book.unknown(self._fault)))
+                self.emit(Happened(self._book.unknown(self._condition.fault)))
             except Exception as second:
                 self.emit(Said('error', f'the journal cannot be written: {second}'))
         if placing is not None:
-            self.refuse(placing.goal, Refusal(ErrorCode.UNKNOWN, self._fault))
+            self.refuse(placing.goal, Refusal(ErrorCode.UNKNOWN, self._condition.fault))

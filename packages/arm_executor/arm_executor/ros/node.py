@@ -27,20 +27,15 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rclpy.action import ActionServer, CancelResponse
-from rclpy.action.server import ServerGoalHandle
-from rclpy.node import Node
-from rclpy.task import Future
-
-from arm_executor.arms.kind import ArmKind, ArmSetup
+from arm_executor.arms.kind import ArmSetup
 from arm_executor.arms.registry import ARMS, DEFAULT_ARM, find_arm
 from arm_executor.arms.true_boxes import Truth
 from arm_executor.bins.book import BinBook
 from arm_executor.bins.journal import Journal, JournalError
 from arm_executor.bins.records import configuration
 from arm_executor.bins.start_bins import check_start_bins, read_start_bins
-from arm_executor.goals.admission import Refusal
 from arm_executor.goals.bin_work import BinWork
+from arm_executor.goals.condition import STARTING
 from arm_executor.goals.core import ExecutorCore
 from arm_executor.goals.outputs import (
     AlarmsChanged,
@@ -54,23 +49,18 @@ from arm_executor.goals.outputs import (
     Replied,
     Said,
 )
-from arm_executor.goals.place_goal import PlaceGoal
 from arm_executor.model.arm_interface import Arm
 from arm_executor.model.pick_area import PickArea
 from arm_executor.parameters import ExecutorParameters, destinations_from, settings_from
 from arm_executor.reach.layout_file import layout_for
-from arm_executor.ros.messages import (
-    feedback_to_ros,
-    goal_from_ros,
-    true_boxes_from_ros,
-    unusable_goal,
-)
+from arm_executor.ros.goal_server import GoalServer
+from arm_executor.ros.messages import true_boxes_from_ros
 from arm_executor.ros.operating import OperatorServices
 from arm_executor.ros.publishers import Publishers
 from arm_executor.ros.resolving import ResolveService
+from arm_executor.ros.robot_time import RobotTime
 from arm_executor.ros.services import Services
 from arm_executor.ros.views import Views
-from pack_msgs.action import PlaceBox
 from pack_msgs.msg import AlarmArray, BoxScan, ExecutorState
 from pack_msgs_py.alarms import raised
 from pack_msgs_py.cell_values import Report
@@ -78,6 +68,7 @@ from pack_msgs_py.codes import ErrorCode, Mode
 from pack_msgs_py.one_source import new_session
 from pack_msgs_py.ros import conversions, qos
 from pack_msgs_py.ros.declare_parameters import declare_parameters, given_value
+from pack_msgs_py.ros.managed_node import NOT_ACTIVE, ManagedNode
 from pack_msgs_py.ros.run_node import run_node
 from pack_msgs_py.ros.sourced import ARM, Sources
 from pack_msgs_py.ros.transforms import ScanFrames
@@ -89,13 +80,12 @@ if TYPE_CHECKING:
 DIAGNOSTICS_PERIOD_S = 1.0
 #: The process must be gone 3 s after a signal; a motion that does not stop is left behind.
 STOP_TIMEOUT_S = 2.0
-#: How long the action server keeps results for a client that asks late. All of them are told on
-#: each change of one, which costs a busy client a lot.
-RESULT_TIMEOUT_S = 5
 
 
-class ArmExecutor(Node):
+class ArmExecutor(ManagedNode):
     """See the module's docstring for its interfaces.
+
+    While it is not active it takes no goals, and keeps the books all the same.
 
     Parameters
     ----------
@@ -115,14 +105,20 @@ class ArmExecutor(Node):
         **node_arguments: Any,  # noqa: ANN401 - handed on to rclpy
     ) -> None:
         super().__init__('arm_executor', **node_arguments)
-        self._outputs: queue.SimpleQueue[Output] = queue.SimpleQueue()
-        self._handles: dict[bytes, ServerGoalHandle] = {}
-        self._results: dict[bytes, Future] = {}
-        self._mode = Mode.INACTIVE
-        self._link: RosRobotLink | None = None
-        kind = find_arm(str(given_value(self, 'arm', DEFAULT_ARM)))
+        self._make_arm = make_arm
+        self._kind = kind = find_arm(str(given_value(self, 'arm', DEFAULT_ARM)))
         groups = {f'{one.name}.' for one in (*ARMS, kind) if one.parameters is not None}
-        parameters = declare_parameters(self, ExecutorParameters, others=groups)
+        self._chosen = declare_parameters(self, ExecutorParameters, others=groups)
+        self._of_kind: Any = None
+        if kind.parameters is not None:
+            self._of_kind = declare_parameters(self, kind.parameters, prefix=f'{kind.name}.')
+        self.begin()
+
+    def make(self) -> None:
+        """Layout, journal and bins, the arm on its thread, and all that hears and tells."""
+        kind, parameters = self._kind, self._chosen
+        self._outputs: queue.SimpleQueue[Output] = queue.SimpleQueue()
+        self._mode = Mode.INACTIVE
         spec = parse_bin(parameters.bin_type)
         stations = STATIONS[: parameters.open_bins]
         self._layout = layout_for(
@@ -136,6 +132,7 @@ class ArmExecutor(Node):
         settings = replace(settings, pick_area=PickArea(self._layout))
         self._orientations = settings.profile.orientations
         self._journal = Journal(parameters.state_dir, configuration(spec, settings.profile))
+        self.at_release(self._journal.close)
         destinations = destinations_from(parameters)
         self._book = BinBook(self._journal, spec, parameters.open_bins, self._now_s, destinations)
         if parameters.start_bins:
@@ -149,15 +146,16 @@ class ArmExecutor(Node):
             speed=parameters.speed,
             joint_jerk=None if parameters.joint_jerk < 0 else parameters.joint_jerk,
             truth=self._truth,
-            parameters=self._of_kind(kind),
+            parameters=self._of_kind,
         )
-        if kind.has_driver and make_arm is None:
-            self._link = self._linked(setup)
-            setup = replace(setup, link=self._link)
+        if kind.has_driver and self._make_arm is None:
+            link = self._linked(setup)
+            self.at_release(link.close)
+            setup = replace(setup, link=link)
         self._core = ExecutorCore(
             self._book,
             settings,
-            partial(make_arm or kind.make, setup),
+            partial(self._make_arm or kind.make, setup),
             self._emit,
             wall=self._now_s,
         )
@@ -165,23 +163,21 @@ class ArmExecutor(Node):
         self._publish = Publishers(self, session)
         self._sources = Sources(self, (ARM, session))
         self._second = ''
+        self._time = RobotTime(self, self._core.robot_time, as_clock=parameters.publish_clock)
         self._views = Views(
             self,
             self._layout,
             spec,
             self._core.joints,
             kind.moves_robot and not kind.has_driver,
-            self._core.robot_time,
+            self._time,
             parameters.frame_prefix,
         )
         self._wake = self.create_guard_condition(self._drain)
         self._make_interfaces()
+        self._core.set_active(active=self.is_active)
         self._core.start()
-
-    def _of_kind(self, kind: ArmKind) -> Any:  # noqa: ANN401 - as the kind declares them
-        if kind.parameters is None:
-            return None
-        return declare_parameters(self, kind.parameters, prefix=f'{kind.name}.')
+        self.at_release(lambda: self._core.end(STOP_TIMEOUT_S))
 
     def _linked(self, setup: ArmSetup) -> RosRobotLink:
         # Only here: on a plain Jazzy the interfaces of a driver may not be there.
@@ -213,79 +209,34 @@ class ArmExecutor(Node):
         ResolveService(self, self._core)
         OperatorServices(self, self._core, bins, self._drain, self._operated)
         self._publish.alarms(self._core.panel.standing)
-        self._action = ActionServer(
-            self,
-            PlaceBox,
-            'place_box',
-            self._finish,
-            handle_accepted_callback=self._start_goal,
-            cancel_callback=self._cancel,
-            result_timeout=RESULT_TIMEOUT_S,
-        )
+        self._goals = GoalServer(self, self._core, self._why_not, self._drain, self._now_s)
         self.create_timer(qos.HEARTBEAT_PERIOD_S, self._beat)
         self.create_timer(DIAGNOSTICS_PERIOD_S, self._publish_diagnostics)
 
     def _now_s(self) -> float:
         return 1e-9 * float(self.get_clock().now().nanoseconds)
 
+    def set_active(self, *, active: bool) -> None:
+        """Take goals, or no new ones; what is under way is brought to its end."""
+        self._core.set_active(active=active)
+        self._operated()
+
+    def busy(self) -> str:
+        """A box that is under way, or an arm that is not there yet."""
+        status = self._core.status()
+        if status.mode is Mode.INACTIVE and status.message == STARTING:
+            return 'the arm is being made ready'
+        return status.active_box and f'box {status.active_box!r} is under way'
+
     def stop_motion(self) -> bool:
         """Leave the arm still; ``False`` when its thread could not be ended in time."""
-        ended = self._core.end(STOP_TIMEOUT_S)
-        if ended:
-            self._journal.close()
-        return ended
+        return self.release()
 
-    def destroy_node(self) -> None:
-        """Give everything back, the action server too: rclpy would leave it on the network."""
-        self._action.destroy()
-        if self._link is not None:
-            self._link.close()
-        super().destroy_node()
-
-    # -- goals ----------------------------------------------------------------------------------
-
-    def _start_goal(self, handle: ServerGoalHandle) -> None:
-        goal_id = bytes(handle.goal_id.uuid)
-        self._handles[goal_id] = handle
-        self._results[goal_id] = Future()
-        handle.execute()
-        try:
-            goal = goal_from_ros(handle.request, goal_id, self._now_s())
-        except ValueError as error:
-            goal = unusable_goal(handle.request, goal_id)
-            self._core.refuse(goal, Refusal(ErrorCode.INVALID_GOAL, str(error)))
-        else:
-            self._take(goal, handle.request.placement.source.session)
-        self._drain()
-
-    def _take(self, goal: PlaceGoal, session: int) -> None:
-        """Take a goal of the planner, unless somebody else speaks for a part of the cell."""
-        why = self._sources.goal(session, lambda: None) or self._sources.second()
-        if why:
-            self._core.refuse(goal, Refusal(ErrorCode.NOT_ACTIVE, why))
-        else:
-            self._core.submit(goal)
-
-    def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
-        self._core.cancel(bytes(handle.goal_id.uuid))
-        return CancelResponse.ACCEPT
-
-    async def _finish(self, handle: ServerGoalHandle) -> PlaceBox.Result:
-        """Wait for the report of a goal and end it; its status is EXECUTING meanwhile.
-
-        A callback that blocked here would hold up the heartbeat and every request to cancel.
-        """
-        goal_id = bytes(handle.goal_id.uuid)
-        result: PlaceBox.Result = await self._results[goal_id]
-        del self._results[goal_id]
-        code = ErrorCode(result.error_code)
-        if code.box_is_in_bin:
-            handle.succeed()
-        elif code is ErrorCode.CANCELED and handle.is_cancel_requested:
-            handle.canceled()
-        else:
-            handle.abort()
-        return result
+    def _why_not(self, session: int) -> str:
+        """Why no goal of this session of a planner is taken: it is the only one that speaks."""
+        if not self.is_active:
+            return NOT_ACTIVE
+        return self._sources.goal(session, lambda: None) or self._sources.second()
 
     # -- belt -----------------------------------------------------------------------------------
 
@@ -336,6 +287,8 @@ class ArmExecutor(Node):
             self._beat()
 
     def _tell(self, output: Output) -> None:
+        if isinstance(output, (Happened, Finished)):
+            self._time.tell_at_once()
         match output:
             case Happened():
                 self._publish.event(output)
@@ -346,9 +299,7 @@ class ArmExecutor(Node):
             case BinClosed():
                 self._publish.closed(output)
             case Progress():
-                handle = self._handles.get(output.goal_id)
-                if handle is not None:
-                    handle.publish_feedback(feedback_to_ros(output))
+                self._goals.progress(output)
             case Finished():
                 self._end_goal(output.report)
                 self._served.goal_ended()
@@ -372,7 +323,7 @@ class ArmExecutor(Node):
             logger.error(said.text)
 
     def _end_goal(self, report: Report) -> None:
-        """Report, then result: rclpy goes on with :meth:`_finish` after this callback."""
+        """Report, then result."""
         if report.code is ErrorCode.NONE:
             self.get_logger().info(
                 f'box {report.box_id!r} placed in {report.bin_id}: {report.motion_s:.2f} s motion, '
@@ -380,11 +331,7 @@ class ArmExecutor(Node):
             )
         else:
             self.get_logger().warning(f'{report.code.name}: {report.message}')
-        msg = self._publish.report(report)
-        del self._handles[report.goal_id]
-        self._results[report.goal_id].set_result(
-            PlaceBox.Result(error_code=msg.error_code, error_msg=msg.error_msg, report=msg)
-        )
+        self._goals.end(report.goal_id, self._publish.report(report))
 
     # -- regularly ------------------------------------------------------------------------------
 

@@ -63,7 +63,7 @@ class Views:
     spec : kind of every bin.
     joints : names and positions of the joints now; both empty for an arm without any.
     shows_robot : whether there is a robot to show.
-    robot_time : robot seconds since the start.
+    robot_time : what tells it.
     frame_prefix : stands before the name of every frame in transforms and markers.
     """
 
@@ -74,12 +74,12 @@ class Views:
         spec: BinSpec,
         joints: Callable[[], Joints],
         shows_robot: bool,
-        robot_time: Callable[[], float],
+        robot_time: RobotTime,
         frame_prefix: str = '',
     ) -> None:
         self._node, self._layout, self._joints = node, layout, joints
         self._prefix = frame_prefix
-        self._time = RobotTime(node, robot_time)
+        self._time = robot_time
         robot = find_robot(layout.robot)
         self._tree = described_joints(robot, layout) if shows_robot else ()
         self._last: Joints = ((), ())

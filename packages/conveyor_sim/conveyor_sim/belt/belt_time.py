@@ -14,7 +14,7 @@ class BeltTime:
 
     def __init__(self, belt: Belt, jams: Jams, speed: float) -> None:
         self.clock = RobotClock(speed)
-        self.jammed = self.paused = self.kept = self.with_arm = False
+        self.jammed = self.paused = self.kept = self.with_arm = self.inactive = False
         self._belt = belt
         self._jams = jams
         self._robot_s = 0.0
@@ -24,8 +24,9 @@ class BeltTime:
         """Whether nothing moves and nothing is fed.
 
         ``kept`` : until a jam is acknowledged. ``with_arm`` : as long as the arm stands.
+        ``inactive`` : until its node is activated.
         """
-        return self.paused or self.jammed or self.kept or self.with_arm
+        return self.paused or self.jammed or self.kept or self.with_arm or self.inactive
 
     def restore(self, robot_s: float, now_s: float, *, paused: bool) -> None:
         """Go on from ``robot_s``."""
@@ -39,10 +40,18 @@ class BeltTime:
         self.paused = paused
         self._belt.set_motion(now_s, paused=self.stands)
 
-    def keep(self, now_s: float, *, kept: bool | None = None, with_arm: bool | None = None) -> None:
+    def keep(
+        self,
+        now_s: float,
+        *,
+        kept: bool | None = None,
+        with_arm: bool | None = None,
+        inactive: bool | None = None,
+    ) -> None:
         """Let the belt stand for another reason, or no longer for that."""
         self.kept = self.kept if kept is None else kept
         self.with_arm = self.with_arm if with_arm is None else with_arm
+        self.inactive = self.inactive if inactive is None else inactive
         self._belt.set_motion(now_s, paused=self.stands)
 
     def tune(self, now_s: float, belt_speed: float, speed: float) -> None:

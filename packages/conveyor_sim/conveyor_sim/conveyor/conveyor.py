@@ -91,6 +91,8 @@ class Conveyor:
             return 'paused'
         if self._time.jammed or self._time.kept:
             return 'jammed'
+        if self._time.inactive:
+            return 'inactive'
         if self._time.with_arm:
             return 'standing with the arm'
         return 'draining' if self._draining else 'running'
@@ -126,8 +128,12 @@ class Conveyor:
         """How many boxes are where; the sum is the number that was given out."""
         return self._book.counts()
 
-    def start(self, now_s: float, stamp_s: float) -> ConveyorNews:
-        """Take up the ledger where it ended, repeat the rejections it holds, and feed the belt."""
+    def start(self, now_s: float, stamp_s: float, *, active: bool = True) -> ConveyorNews:
+        """Take up the ledger where it ended, repeat the rejections it holds, and feed the belt.
+
+        A belt that is not ``active`` stands until :meth:`set_active`.
+        """
+        self._time.inactive = not active
         records = self._book.load()
         fits = self._ledger.setting('geometry', self._belt.geometry) == self._belt.geometry
         self._belt.restore(self._ledger.setting('belt') if fits else '', now_s)
@@ -298,6 +304,14 @@ class Conveyor:
             return ConveyorNews()
         self._advance(now_s)
         self._time.keep(now_s, with_arm=stands)
+        return self._finish(now_s, stamp_s, moved=True)
+
+    def set_active(self, active: bool, now_s: float, stamp_s: float) -> ConveyorNews:
+        """Run as the others have it, or stand still."""
+        if active != self._time.inactive:
+            return ConveyorNews()
+        self._advance(now_s)
+        self._time.keep(now_s, inactive=not active)
         return self._finish(now_s, stamp_s, moved=True)
 
     def insert_box(self, box: Box, now_s: float, stamp_s: float) -> ConveyorNews:

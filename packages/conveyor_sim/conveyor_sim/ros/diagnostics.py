@@ -12,6 +12,7 @@ _WAITS_FOR = {
     'paused': 'an operator to resume',
     'jammed': 'the jam to be over and acknowledged',
     'standing with the arm': 'the arm',
+    'inactive': 'to be activated',
     'draining': 'an operator to feed again',
 }
 

@@ -28,7 +28,6 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import SetParametersResult
-from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from conveyor_sim.conveyor.belt_operator import BeltOperator
@@ -64,6 +63,7 @@ from pack_msgs_py.ros.conversions import (
 )
 from pack_msgs_py.ros.conversions.content import MOST_BINS, MOST_BOXES
 from pack_msgs_py.ros.declare_parameters import declare_parameters
+from pack_msgs_py.ros.managed_node import ManagedNode
 from pack_msgs_py.ros.qos import TOPICS, TRUE_BOXES, heard
 from pack_msgs_py.ros.run_node import run_node
 from pack_msgs_py.ros.sourced import BELT, SourcedPublisher, Sources
@@ -82,8 +82,10 @@ _ARM_STANDS = (
 )
 
 
-class ConveyorNode(Node):
+class ConveyorNode(ManagedNode):
     """Turns messages into calls of :class:`Conveyor`, and its answers into messages.
+
+    While it is not active the belt stands, and tells what is on it.
 
     Raises
     ------
@@ -96,22 +98,25 @@ class ConveyorNode(Node):
     def __init__(self, **kwargs) -> None:  # type: ignore[no-untyped-def]
         super().__init__('conveyor', **kwargs)
         try:
-            self._begin()
+            self._params = declare_parameters(self, ConveyorParameters)
         except BaseException:
             self.destroy_node()
             raise
+        self.add_on_set_parameters_callback(self._check_parameters)
+        self.add_post_set_parameters_callback(self._use_parameters)
+        self.begin()
 
-    def destroy_node(self) -> None:
-        """Close the ledger, then the node."""
-        ledger = getattr(self, '_ledger', None)
-        if ledger is not None:
-            ledger.close()
-        super().destroy_node()
+    def set_active(self, *, active: bool) -> None:
+        """Let the belt run, or stand."""
+        self._tell(self._conveyor.set_active(active, *self._now()))
+        self._publish_diagnostics()
 
-    def _begin(self) -> None:
-        self._params = params = declare_parameters(self, ConveyorParameters)
+    def make(self) -> None:
+        """Stream, ledger, belt, and all that hears and tells."""
+        params = self._params
         stream = open_stream(params)
         self._ledger = make_ledger(params, stream)
+        self.at_release(self._ledger.close)
         self._conveyor = make_conveyor(params, stream, self._ledger)
         self._ended = self._arm_stands = False
 
@@ -143,9 +148,7 @@ class ConveyorNode(Node):
             self.create_subscription(kind, topic, self._guard(topic, callback), heard(topic))
         beat = self._guard('executor_state', self._on_executor_state)
         self.create_subscription(ExecutorState, 'executor_state', beat, 10)
-        self.add_on_set_parameters_callback(self._check_parameters)
-        self.add_post_set_parameters_callback(self._use_parameters)
-        news = self._conveyor.start(*self._now())
+        news = self._conveyor.start(*self._now(), active=self.is_active)
         self._operator = BeltOperator(
             self._conveyor, self._ledger, acknowledges_itself=params.acknowledge == 'itself'
         )
@@ -285,6 +288,8 @@ class ConveyorNode(Node):
         known = {spec.name for spec in parameter_fields(ConveyorParameters)}
         values = {change.name: change.value for change in changes if change.name in known}
         self._params = params = replace(self._params, **values)
+        if not self.is_configured:
+            return
         self._conveyor.tune(
             self._now()[0],
             belt_speed=float(params.belt_speed),

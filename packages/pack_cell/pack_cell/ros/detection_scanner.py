@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from vision_msgs.msg import Detection3D, Detection3DArray
 
@@ -34,6 +33,7 @@ from pack_msgs_py.ros.conversions import (
     vector_from_ros,
 )
 from pack_msgs_py.ros.declare_parameters import declare_parameters
+from pack_msgs_py.ros.managed_node import ManagedNode
 from pack_msgs_py.ros.qos import TOPICS
 from pack_msgs_py.ros.run_node import run_node
 from pack_msgs_py.ros.sourced import BELT, SourcedPublisher, Sources
@@ -84,8 +84,8 @@ def detection_from_ros(msg: Detection3D) -> Detection:
     )
 
 
-class DetectionScanner(Node):
-    """See the module.
+class DetectionScanner(ManagedNode):
+    """See the module; while it is not active it hears, and publishes nothing.
 
     Raises
     ------
@@ -95,7 +95,17 @@ class DetectionScanner(Node):
 
     def __init__(self, **node_arguments: Any) -> None:  # noqa: ANN401 - rclpy's own options
         super().__init__('detection_scanner', **node_arguments)
-        parameters = declare_parameters(self, DetectionParameters)
+        self._chosen = declare_parameters(self, DetectionParameters)
+        self.begin()
+
+    def set_active(self, *, active: bool) -> None:
+        """Publish, or not."""
+        if active:
+            self._publish()
+
+    def make(self) -> None:
+        """All that hears and tells."""
+        parameters = self._chosen
         known = articles(parameters.articles)
         self._tracker = DetectionTracker(parameters, known)
         self._frames = ScanFrames(self, parameters.frame_prefix)
@@ -148,6 +158,8 @@ class DetectionScanner(Node):
             self._complain(f'placements ignored: {error}')
 
     def _publish(self) -> None:
+        if not self.is_active:
+            return
         now_s = 1e-9 * self.get_clock().now().nanoseconds
         for event in self._tracker.forget(now_s):
             self._events.publish(event_to_ros(event))

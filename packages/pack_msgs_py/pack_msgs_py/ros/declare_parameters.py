@@ -47,19 +47,20 @@ def declare_parameters(
             )
             raise ValueError(msg)
         asked = name.startswith(prefix) and not name.startswith(elsewhere)
-        if asked and name not in known:
+        if asked and name not in known and not node.has_parameter(name):
             names = ', '.join(sorted(known))
             msg = f'unknown parameter {name!r}: node {node.get_name()} has {names}'
             raise ValueError(msg)
-    values = {}
-    for spec in specs:
-        name = f'{prefix}{spec.name}'
-        given = overrides.get(name)
-        default = cast(Value, spec.default)
-        value = check_value(spec, default if given is None else given.value)
-        node.declare_parameter(name, value, _descriptor(spec, name), ignore_override=True)
-        values[spec.name] = value
-    return parameters(**values)
+    return parameters(**{spec.name: declare_field(node, spec, prefix) for spec in specs})
+
+
+def declare_field(node: Node, spec: Field[Any], prefix: str = '') -> Value:
+    """Declare one field of a dataclass of parameters on ``node``; returns its checked value."""
+    name = f'{prefix}{spec.name}'
+    given = _overrides(node).get(name)
+    value = check_value(spec, cast(Value, spec.default) if given is None else given.value)
+    node.declare_parameter(name, value, _descriptor(spec, name), ignore_override=True)
+    return value
 
 
 def given_value(node: Node, name: str, default: Value) -> Value:

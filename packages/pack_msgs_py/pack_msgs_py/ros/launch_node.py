@@ -20,9 +20,12 @@ def node_launch(package: str, executable: str) -> Any:  # noqa: ANN401 - launch 
         'namespace': ('', 'of the node'),
         'params_file': ('', 'YAML file of parameters'),
         'use_sim_time': ('false', 'take the time from /clock'),
+        'autostart': ('true', 'otherwise it waits, unconfigured, for its transitions'),
         'respawn': ('false', 'start the node again when it has ended'),
         'log_level': ('info', 'debug, info, warn, error or fatal'),
     }
+
+    shared = {name: LaunchConfiguration(name) for name in ('use_sim_time', 'autostart')}
 
     def node(condition: Any, *more: Any) -> Any:  # noqa: ANN401 - launch has no types
         return Node(
@@ -30,7 +33,7 @@ def node_launch(package: str, executable: str) -> Any:  # noqa: ANN401 - launch 
             executable=executable,
             namespace=LaunchConfiguration('namespace'),
             output='screen',
-            parameters=[*more, {'use_sim_time': LaunchConfiguration('use_sim_time')}],
+            parameters=[*more, shared],
             arguments=['--ros-args', '--log-level', LaunchConfiguration('log_level')],
             respawn=LaunchConfiguration('respawn'),
             respawn_delay=1.0,

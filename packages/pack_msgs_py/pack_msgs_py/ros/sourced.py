@@ -114,7 +114,10 @@ class Sources:
         """Why a message is left whose stamp has not come yet; tells of a late one."""
         header = msg.placement.header if isinstance(msg, PlacementDecision) else msg.header
         stamp_s = header.stamp.sec + 1e-9 * header.stamp.nanosec
-        age_s = 1e-9 * self._node.get_clock().now().nanoseconds - stamp_s
+        now_s = 1e-9 * self._node.get_clock().now().nanoseconds
+        if not now_s:  # nobody has told the time yet
+            return ''
+        age_s = now_s - stamp_s
         if age_s < -AHEAD_S:
             return (
                 f'{topic} ignored: its stamp is {-age_s:.1f} s ahead, at most {AHEAD_S:g} s will '

@@ -102,11 +102,11 @@ class Coordinator:
         """Whether the arm is there and its bins are not known."""
         return self._alive and self._in.bins is None
 
-    def hold(self, why: str) -> None:
-        """Nothing new is begun for this reason; go on when it is empty."""
-        if why and not self._held:
+    def hold(self, why: str, *, quiet: bool = False) -> None:
+        """Nothing new is begun for this reason; go on when it is empty. Logged unless ``quiet``."""
+        if why and not self._held and not quiet:
             self._out.warn(f'nothing new is begun: {why}')
-        elif self._held and not why:
+        elif self._held and not why and not quiet:
             self._out.info('goes on')
         self._held = why
 

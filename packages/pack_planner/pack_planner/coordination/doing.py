@@ -10,7 +10,7 @@ from pack_planner.coordination.running_goal import RunningGoal
 
 #: Why an arm takes no goal, by its mode.
 _ARM_WAITS = {
-    Mode.INACTIVE: 'the arm, which is not ready yet',
+    Mode.INACTIVE: 'the arm to be ready, and to be activated',
     Mode.PROTECTIVE_STOP: 'the arm, which is stopped, to be reset',
     Mode.FAULT: 'the arm, which has failed, to be restarted',
     Mode.PAUSED: 'the arm, which is paused, to be resumed',
@@ -53,7 +53,7 @@ def what_is_done(
     if inputs.scan is None or inputs.bins is None:
         return Doing('waiting', 'the belt' if inputs.scan is None else 'the bins')
     if held:
-        return Doing('waiting', f'one source for each stream: {held}')
+        return Doing('waiting', held)
     if asks:
         return Doing('asking the arm')
     if plans:

@@ -21,11 +21,13 @@ class Worker(Generic[T]):
         self._jobs: queue.SimpleQueue[Callable[[], T] | None] = queue.SimpleQueue()
         self._results: queue.SimpleQueue[T] = queue.SimpleQueue()
         self._stopped = threading.Event()
+        self._submitted = self._done = 0
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
 
     def submit(self, job: Callable[[], T]) -> None:
         """Queue ``job``; it must not raise."""
+        self._submitted += 1
         self._jobs.put(job)
 
     def fetch(self) -> list[T]:
@@ -36,6 +38,11 @@ class Worker(Generic[T]):
                 results.append(self._results.get_nowait())
             except queue.Empty:
                 return results
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a job is not done yet."""
+        return self._done < self._submitted
 
     def stop(self, timeout_s: float) -> bool:
         """Let the running job end and drop the others; whether the thread ended in time."""
@@ -50,6 +57,7 @@ class Worker(Generic[T]):
             if job is None or self._stopped.is_set():
                 return
             result = job()
+            self._done += 1
             if self._stopped.is_set():
                 return
             self._results.put(result)

@@ -38,7 +38,6 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.action import ActionClient
 from rclpy.event_handler import SubscriptionEventCallbacks
-from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_msgs.msg import String
 from unique_identifier_msgs.msg import UUID  # type: ignore[import-untyped]
@@ -77,6 +76,7 @@ from pack_msgs_py.ros.conversions import (
 )
 from pack_msgs_py.ros.conversions.content import MOST_BINS
 from pack_msgs_py.ros.declare_parameters import declare_parameters
+from pack_msgs_py.ros.managed_node import NOT_ACTIVE, ManagedNode
 from pack_msgs_py.ros.run_node import run_node
 from pack_msgs_py.ros.sourced import PLANNER, SourcedPublisher, Sources
 from pack_msgs_py.ros.transforms import ScanFrames
@@ -110,8 +110,8 @@ M = TypeVar('M')
 Result = tuple[int, 'Planned | None', str]
 
 
-class PlannerNode(Node):
-    """See the module."""
+class PlannerNode(ManagedNode):
+    """See the module; while it is not active it decides nothing, and hears all the same."""
 
     def __init__(self, **node_options: Any) -> None:  # noqa: ANN401 - rclpy's own options
         """``node_options`` go to :class:`rclpy.node.Node`."""
@@ -120,6 +120,10 @@ class PlannerNode(Node):
         settings(self.parameters)  # refuses what no single parameter can tell
         self.add_on_set_parameters_callback(self._change)
         self._sequence = 0
+        self.begin()
+
+    def make(self) -> None:
+        """Everything that hears, decides and tells."""
         self._scan: Scan | None = None
         self._frames = ScanFrames(self, self.parameters.frame_prefix)
         self._known_bins: dict[str, Bin] = {}
@@ -127,6 +131,7 @@ class PlannerNode(Node):
         self._follower: Planner | None = None
         self._guard = self.create_guard_condition(self._fetch)
         self._worker: Worker[Result] = Worker(self._guard.trigger, 'planning')
+        self.at_release(lambda: self._worker.stop(STOP_TIMEOUT_S))
         self._worker.submit(partial(self._answer, WARM_UP, None, 1))
         p = self.parameters
         asking = _asking(p)
@@ -160,14 +165,24 @@ class PlannerNode(Node):
         self._bins_again, self._scan_again, self._arm_again = (AskingAgain() for _ in range(3))
         self._refresh_wanted = False
         self.create_timer(STEP_PERIOD_S, self._tick)
+        self._hold(quiet=True)
         self.get_logger().info(
             f'planning with {p.algorithm}, profile {p.profile}, look-ahead {p.look_ahead}; '
             'waiting for the belt and the arm'
         )
 
+    def set_active(self, *, active: bool) -> None:
+        """Decide, or begin nothing new; the goal that the arm has is brought to its end."""
+        self._hold(quiet=True)
+        self.coordinator.step()
+
+    def busy(self) -> str:
+        """A computation cannot be interrupted."""
+        return 'a decision is being computed' if self._worker.is_busy else ''
+
     def stop(self) -> bool:
         """Stop computing; whether the computation that was running has ended."""
-        return self._worker.stop(STOP_TIMEOUT_S)
+        return self.release()
 
     # --- inputs ------------------------------------------------------------------------------
 
@@ -270,8 +285,13 @@ class PlannerNode(Node):
             self.destroy_subscription(self._bins_subscription)
             self._sources.heard_again('bin_state')
             self._bins_subscription = self._listen(BinStateArray, 'bin_state', self._on_bins)
-        self.coordinator.hold(self._sources.second())
+        self._hold()
         self.coordinator.step()
+
+    def _hold(self, *, quiet: bool = False) -> None:
+        second = self._sources.second()
+        several = second and f'one source for each stream: {second}'
+        self.coordinator.hold(several if self.is_active else NOT_ACTIVE, quiet=quiet)
 
     def _change(self, changes: list[Parameter]) -> SetParametersResult:
         """Take changed parameters; they hold from the next decision on."""
@@ -287,7 +307,8 @@ class PlannerNode(Node):
         except ValueError as error:
             return SetParametersResult(successful=False, reason=str(error))
         self.parameters = wanted
-        self.coordinator.asking = _asking(wanted)
+        if self.is_configured:
+            self.coordinator.asking = _asking(wanted)
         return SetParametersResult(successful=True)
 
     # --- computing ---------------------------------------------------------------------------
