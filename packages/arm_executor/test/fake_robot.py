@@ -24,7 +24,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.task import Future
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Bool, Float64
+from std_msgs.msg import Bool, Float64, String
 from std_srvs.srv import SetBool
 from ur_dashboard_msgs.msg import RobotMode, SafetyMode
 from ur_msgs.msg import Digital, IOStates
@@ -185,11 +185,20 @@ class FakeRobot(rclpy.node.Node):
     """The node of a driver; what it is told is kept, and what happens is asked for.
 
     ``start`` are the six joints at the beginning, ``rail`` is where a rail of its own stands;
-    ``speed`` is robot seconds per wall-clock second.
+    ``speed`` is robot seconds per wall-clock second, ``urdf`` how it describes itself.
     """
 
     def __init__(
-        self, start, *, kind='scaled', rail=None, speed=1.0, context=None, seven=False, running=True
+        self,
+        start,
+        *,
+        kind='scaled',
+        rail=None,
+        speed=1.0,
+        context=None,
+        seven=False,
+        running=True,
+        urdf=None,
     ):
         super().__init__('fake_robot', context=context)
         names = list(JOINT_NAMES) + (['rail_joint'] if rail is not None else [])
@@ -219,6 +228,8 @@ class FakeRobot(rclpy.node.Node):
         self.create_service(SetIO, f'{status}/set_io', self._set_io)
         self.create_service(SetPayload, f'{status}/set_payload', self._set_payload)
         self.create_service(SetBool, 'vacuum', self._set_bool)
+        self._urdf = self.create_publisher(String, 'robot_description', LATCHED)
+        self._urdf.publish(String(data=described() if urdf is None else urdf))
         self.set_modes(running=running)
         self._last = time.monotonic()
         self.create_timer(TICK_S, self._tick)
@@ -308,6 +319,15 @@ class FakeRobot(rclpy.node.Node):
         holds = self.holds()
         self._io.publish(IOStates(digital_in_states=[Digital(pin=0, state=holds)]))
         self._holds.publish(Bool(data=holds))
+
+
+def described(name='ur20'):
+    """The description of a robot without a calibration of its own."""
+    from arm_executor.model.layout import Layout
+    from arm_executor.model.robot_data import find_robot
+    from arm_executor.model.urdf import cell_urdf
+
+    return cell_urdf(find_robot(name), Layout(), described=True)
 
 
 def home_of(layout):

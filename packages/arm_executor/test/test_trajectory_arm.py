@@ -40,6 +40,7 @@ pytestmark = [pytest.mark.ros, pytest.mark.physics]
 
 FIXED = replace(Layout(), rail=replace(Layout().rail, x_min=0.0, x_max=0.0))
 BOX = make_box()
+UR20 = find_robot('ur20')
 PHASE = PlaceBox.Feedback
 
 
@@ -284,7 +285,7 @@ def test_an_arm_whose_pad_holds_something_at_the_start_does_not_begin(robot_of, 
     robot._switch(True)
     robot._vacuum_at -= 1.0
     node = rclpy.create_node('executor', context=spinners[0].context)
-    link = RosRobotLink(node, TrajectoryParameters(), 0.0, 1.0)
+    link = RosRobotLink(node, TrajectoryParameters(), 0.0, 1.0, UR20)
     spinners[0].add(node, link.close)
     with pytest.raises(MotionError, match='the vacuum holds something'):
         TrajectoryArm(ArmSetup(FIXED, link=link))
@@ -358,7 +359,7 @@ def test_a_robot_has_its_own_speed():
 
 def test_a_driver_that_is_not_there_is_named(spinners):
     node = rclpy.create_node('lonely', context=spinners[0].context)
-    link = RosRobotLink(node, TrajectoryParameters(connect_timeout_s=1.0), 0.0, 1.0)
+    link = RosRobotLink(node, TrajectoryParameters(connect_timeout_s=1.0), 0.0, 1.0, UR20)
     spinners[0].add(node, link.close)
     with pytest.raises(MotionError, match=r'follow_joint_trajectory is not there after 1 s: start'):
         link.connect()

@@ -9,11 +9,14 @@ import pytest
 from planner_cases import SMALL
 from test_decide import EMPTY, block, state
 
-from pack_msgs_py.cell_values import Decision
+from pack_msgs_py.cell_values import Decision, Scan, ScannedBox
 from pack_msgs_py.codes import ErrorCode, Reason
+from pack_msgs_py.geometry.pose import Pose, about_z
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Bin, Box
 from pack_planner.coordination.alternatives import planned, quick
+from pack_planner.coordination.answers import CheckAnswer
+from pack_planner.coordination.negotiation import learn
 from pack_planner.decision.planner import CloseStep, PlaceStep, Planner, PolicySettings, RejectStep
 from pack_planner.decision.refusals import (
     PREDICTIONS_PER_TRY,
@@ -176,6 +179,25 @@ def test_a_hole_too_narrow_for_one_box_is_not_offered_to_a_wider_one():
     corners = {zone.orientation: zone.corner_mm for zone in snapshot(wider, EMPTY)}
     assert corners['xyz'] == (180, 90, 0)
     assert snapshot(narrower, EMPTY) == ()
+
+
+@pytest.mark.parametrize(
+    ('x', 'yaw', 'odd'),
+    [(0.0, 0.0, False), (0.01, 0.02, False), (0.05, 0.0, True), (0.0, 0.5, True)],
+)
+def test_what_is_refused_to_a_box_that_lies_oddly_is_open_to_others_and_later(x, yaw, odd):
+    box = Box('a', (300.0, 200.0, 100.0), 5.0)
+    at = Pose((x, 0.65, 0.8), about_z(yaw))
+    scan = Scan(1, 10.0, (ScannedBox(box, at, pick_open_s=9.0),))
+    decision = Decision(box, EMPTY.id, corner_mm=(0, 0, 0))
+    answer = CheckAnswer(ErrorCode.PATH_IN_COLLISION)
+    memory = Refusals()
+    learn(memory, (EMPTY,), [decision], [answer], 5.5, scan)
+    wider = Box('b', (400.0, 300.0, 100.0), 5.0)
+    assert memory.snapshot()(box, EMPTY)  # that box is not offered there at once again
+    assert bool(memory.snapshot()(wider, EMPTY)) is not odd
+    memory.forget_old((replace(EMPTY, revision=EMPTY.revision + 1),))
+    assert bool(memory.snapshot()(box, EMPTY)) is not odd
 
 
 def test_a_way_too_long_for_one_box_is_not_offered_to_a_heavier_one():

@@ -51,6 +51,7 @@ from arm_executor.goals.outputs import (
 )
 from arm_executor.model.arm_interface import Arm
 from arm_executor.model.pick_area import PickArea
+from arm_executor.model.robot_data import find_robot
 from arm_executor.parameters import ExecutorParameters, destinations_from, settings_from
 from arm_executor.reach.layout_file import layout_for
 from arm_executor.ros.goal_server import GoalServer
@@ -190,7 +191,8 @@ class ArmExecutor(ManagedNode):
             )
             raise ValueError(msg) from error
         rail_at = self._layout.rail.x_min
-        return RosRobotLink(self, setup.parameters, rail_at, setup.speed)
+        robot = find_robot(self._layout.robot)
+        return RosRobotLink(self, setup.parameters, rail_at, setup.speed, robot)
 
     def _make_interfaces(self) -> None:
         for kind, topic, take in (

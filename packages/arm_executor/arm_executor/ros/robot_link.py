@@ -5,7 +5,8 @@ Names are those of :class:`~arm_executor.arms.trajectory.parameters.TrajectoryPa
 - action `<controller>/follow_joint_trajectory` (control_msgs/FollowJointTrajectory), the rail's too
 - subscribes to the measured joints (sensor_msgs/JointState), speed scaling (std_msgs/Float64), and
   of the status controller `robot_mode`, `safety_mode` (ur_dashboard_msgs), `robot_program_running`
-  (std_msgs/Bool) and `io_states` (ur_msgs/IOStates), or to a vacuum topic (std_msgs/Bool)
+  (std_msgs/Bool) and `io_states` (ur_msgs/IOStates), or to a vacuum topic (std_msgs/Bool), and to
+  the description of the robot (std_msgs/String)
 - calls of the status controller `set_io` and `set_payload` (ur_msgs), or a vacuum service
   (std_srvs/SetBool)
 
@@ -29,15 +30,16 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.task import Future
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Bool, Float64
+from std_msgs.msg import Bool, Float64, String
 from std_srvs.srv import SetBool
 from ur_dashboard_msgs.msg import RobotMode, SafetyMode
 from ur_msgs.msg import IOStates
 from ur_msgs.srv import SetIO, SetPayload
 
+from arm_executor.arms.trajectory.description import judged
 from arm_executor.arms.trajectory.parameters import TrajectoryParameters
 from arm_executor.model.arm_interface import MotionError
-from arm_executor.model.robot_data import JOINT_NAMES
+from arm_executor.model.robot_data import JOINT_NAMES, RobotModel
 from arm_executor.motion.timing import Trajectory
 from arm_executor.ros.robot_motion import RobotMotion, TrajectoryPart, goal_of
 from pack_msgs_py.codes import ErrorCode
@@ -55,6 +57,10 @@ _LATCHED = QoSProfile(
 )
 #: Longest that a driver takes to answer a request, and to accept a trajectory, seconds.
 _ANSWER_S = 4.0
+#: What has not been heard for so long is subscribed to anew, seconds.
+_AGAIN_S = 3.0
+#: How long the description of the robot is waited for, seconds.
+_DESCRIPTION_S = 8.0
 #: In these safety modes the robot moves.
 _SAFE = (SafetyMode.NORMAL, SafetyMode.REDUCED)
 #: A rail of its own does not slow down with the arm: then the arm must not be slowed down.
@@ -70,10 +76,18 @@ class RosRobotLink:
     own : names, pins and tolerances.
     rail_at : where the arm stands when there is no rail, m.
     speed : robot seconds per wall-clock second, 1 but for a simulated robot.
+    robot : what motions are planned with.
     """
 
-    def __init__(self, node: Node, own: TrajectoryParameters, rail_at: float, speed: float) -> None:
-        self._node, self._own, self._speed = node, own, speed
+    def __init__(
+        self,
+        node: Node,
+        own: TrajectoryParameters,
+        rail_at: float,
+        speed: float,
+        robot: RobotModel,
+    ) -> None:
+        self._node, self._own, self._speed, self._robot = node, own, speed, robot
         self._rail_at = rail_at
         self._names = [f'{own.joint_prefix}{name}' for name in JOINT_NAMES]
         self._moved_by_rail = bool(own.rail_controller)
@@ -85,8 +99,10 @@ class RosRobotLink:
         self._safety_mode: int | None = None
         self._running: bool | None = None
         self._vacuum: bool | None = None
+        self._description: str | None = None
         self._jobs: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._guard = node.create_guard_condition(self._do_jobs)
+        self._hearing: list[Any] = []
         self._subscribe()
         self._clients = self._action_clients()
         self._set_io = self._set_payload = self._set_bool = None
@@ -97,21 +113,30 @@ class RosRobotLink:
             self._set_bool = node.create_client(SetBool, own.vacuum_service)
 
     def _subscribe(self) -> None:
+        """Listen to the driver; done once more, it brings what the driver keeps for sure."""
         node, own = self._node, self._own
-        node.create_subscription(JointState, own.joint_states, self._on_joints, _NEWEST)
+        while self._hearing:
+            node.destroy_subscription(self._hearing.pop())
+
+        def listen(kind: type, topic: str, hear: Callable[[Any], None], profile: Any) -> None:  # noqa: ANN401 - rclpy's
+            self._hearing.append(node.create_subscription(kind, topic, hear, profile))
+
+        listen(JointState, own.joint_states, self._on_joints, _NEWEST)
         if own.speed_scaling:
-            node.create_subscription(Float64, own.speed_scaling, self._on_scaling, _NEWEST)
+            listen(Float64, own.speed_scaling, self._on_scaling, _NEWEST)
         if own.status:
             for name, kind, hear in (
                 ('robot_mode', RobotMode, self._on_robot_mode),
                 ('safety_mode', SafetyMode, self._on_safety_mode),
                 ('robot_program_running', Bool, self._on_running),
             ):
-                node.create_subscription(kind, f'{own.status}/{name}', hear, _LATCHED)
+                listen(kind, f'{own.status}/{name}', hear, _LATCHED)
         if own.vacuum_topic:
-            node.create_subscription(Bool, own.vacuum_topic, self._on_vacuum, _NEWEST)
+            listen(Bool, own.vacuum_topic, self._on_vacuum, _NEWEST)
         elif own.status:
-            node.create_subscription(IOStates, f'{own.status}/io_states', self._on_io, _NEWEST)
+            listen(IOStates, f'{own.status}/io_states', self._on_io, _NEWEST)
+        if own.robot_description:
+            listen(String, own.robot_description, self._on_description, _LATCHED)
 
     def _action_clients(self) -> list[tuple[ActionClient, list[int], list[str]]]:
         """Of each controller: its client, which of the seven joints it moves, and their names."""
@@ -158,7 +183,10 @@ class RosRobotLink:
             if digital.pin == pin:
                 self._hear('_vacuum', digital.state)
 
-    def _hear(self, what: str, value: int | bool) -> None:
+    def _on_description(self, msg: String) -> None:
+        self._hear('_description', msg.data)
+
+    def _hear(self, what: str, value: int | bool | str) -> None:
         with self._heard:
             setattr(self, what, value)
             self._heard.notify_all()
@@ -176,10 +204,37 @@ class RosRobotLink:
                 max(0.1, until - time.monotonic())
             ):
                 self._missing(f'service {service.srv_name}')
+        self._wait_for(self._unheard, until)
+        absent = self._unheard()
+        if absent:
+            self._missing(absent)
+        self._compare_description()
+
+    def _wait_for(self, absent: Callable[[], str], until: float) -> None:
+        """Wait until nothing is absent; what says nothing for long is subscribed to anew.
+
+        What a driver says once and keeps may have been lost on its way.
+        """
+        asked = time.monotonic()
         with self._heard:
-            while absent := self._unheard():
-                if not self._heard.wait(max(0.0, until - time.monotonic())):
-                    self._missing(absent)
+            while absent() and (now := time.monotonic()) < until:
+                if now - asked > _AGAIN_S:
+                    asked = now
+                    self._on_executor(self._subscribe)
+                self._heard.wait(min(_AGAIN_S, until - now))
+
+    def _compare_description(self) -> None:
+        """Hold the robot's own description against the model; ``MotionError`` for another robot."""
+        own, log = self._own, self._node.get_logger()
+        topic = own.robot_description
+        until = time.monotonic() + (_DESCRIPTION_S if topic else 0.0)
+        self._wait_for(lambda: topic if self._description is None else '', until)
+        if self._description is not None:
+            prefix, allowed_m = own.joint_prefix, own.model_tolerance
+            text, well = judged(self._description, self._robot, prefix, allowed_m)
+            log.info(text) if well else log.warning(text)
+        elif topic:
+            log.warning(f'nothing on {topic}: whether there is a {self._robot.name} is not known')
 
     def _unheard(self) -> str:
         """What has not been heard yet, in words; empty when nothing is missing."""

@@ -59,7 +59,7 @@ class ManagedNode(LifecycleNode):
         self._ends: list[Callable[[], bool | None]] = []
         self._kept: set[int] = set()
         self._failure: Exception | None = None
-        self.is_configured = self.is_active = False
+        self.is_configured = self.is_active = self._raises = False
         super().__init__(name, **node_arguments)
         try:
             (autostart,) = parameter_fields(LifeParameters)
@@ -117,8 +117,10 @@ class ManagedNode(LifecycleNode):
         if not self._begins_itself:
             self.get_logger().info('waits, unconfigured, for its transitions')
             return
-        self.is_active = self._knows_the_time()
-        if self.trigger_configure() is not SUCCESS and self._failure is not None:
+        self.is_active, self._raises = self._knows_the_time(), True
+        configured = self.trigger_configure()
+        self._raises = False
+        if configured is not SUCCESS and self._failure is not None:
             failure, self._failure = self._failure, None
             self.destroy_node()
             raise failure
@@ -143,7 +145,8 @@ class ManagedNode(LifecycleNode):
             self._failure = error
             self.release()
             self._destroy_made()
-            self.get_logger().error(f'not configured: {error}')
+            if not self._raises:
+                self.get_logger().error(f'not configured: {error}')
             return FAILURE
         self.is_configured = True
         return super().on_configure(state)

@@ -31,6 +31,7 @@ from pack_planner.coordination.negotiation import (
 from pack_planner.coordination.patience import Patience
 from pack_planner.coordination.requests import CheckRequest, Outputs, PlanRequest, ReadyDecision
 from pack_planner.coordination.running_goal import Failures, RunningGoal
+from pack_planner.decision.pick_point import lies_oddly
 from pack_planner.decision.planner import (
     CloseStep,
     PlaceStep,
@@ -221,7 +222,7 @@ class Coordinator:
         plan = replace(plan, talk=talk)
         if answers is not None:
             deadline_s = self.asking.deadline_s
-            learn(self._refusals, plan.bins, candidates, answers, deadline_s)
+            learn(self._refusals, plan.bins, candidates, answers, deadline_s, self._in.scan)
             self._answers.heard(candidates, answers, deadline_s)
             chosen = choose(candidates, answers, asked.limit_s, deadline_s)
         if chosen is not None:
@@ -427,7 +428,8 @@ class Coordinator:
             return
         if code not in TRANSIENT:
             # a motion that failed is likely to fail again: to be avoided like a refused one
-            self._refusals.learn(goal.target, decision, code)
+            odd = lies_oddly(decision.box, self._in.scan)
+            self._refusals.learn(goal.target, decision, code, lies_oddly=odd)
         self._in.doubt(decision.box, goal.report)
         if code >= ErrorCode.GRASP_FAILED:
             self._stale_inputs = not self._in.is_available(decision.box.id)

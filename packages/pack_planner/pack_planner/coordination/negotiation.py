@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from pack_msgs_py.cell_values import MOST_RUNNERS_UP, Decision, RunnerUp
+from pack_msgs_py.cell_values import MOST_RUNNERS_UP, Decision, RunnerUp, Scan
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.values import Bin
 from pack_planner.coordination.alternatives import Planned
 from pack_planner.coordination.answers import TRANSIENT, CheckAnswer, refusal_of
 from pack_planner.coordination.planning_time import BY_CLOCK, PlanningTime
+from pack_planner.decision.pick_point import lies_oddly
 from pack_planner.decision.refusals import Refusals
 
 #: Left of the deadline for sending the goal, and for what the arm plans anew.
@@ -158,8 +159,12 @@ def learn(
     candidates: Sequence[Decision],
     answers: Sequence[CheckAnswer],
     deadline_s: float,
+    scan: Scan | None = None,
 ) -> None:
-    """Remember which of ``candidates`` the arm cannot do in ``bins``, whoever asks when."""
+    """Remember which of ``candidates`` the arm cannot do in ``bins``, whoever asks when.
+
+    ``scan`` tells which of them lie oddly.
+    """
     by_id = {target.id: target for target in bins}
     for candidate, answer in zip(candidates, answers, strict=True):
         refusal = refusal_of(answer, deadline_s - MARGIN_S)
@@ -167,4 +172,11 @@ def learn(
             # How long the tray keeps the arm waiting is another matter for the next box.
             too_slow = refusal is ErrorCode.DEADLINE_UNREACHABLE and candidate.is_upright
             target = by_id[candidate.bin_id]
-            refusals.learn(target, candidate, refusal, lasting=too_slow, predicted=answer.predicted)
+            refusals.learn(
+                target,
+                candidate,
+                refusal,
+                lasting=too_slow,
+                predicted=answer.predicted,
+                lies_oddly=lies_oddly(candidate.box, scan),
+            )

@@ -84,13 +84,16 @@ class Refusals:
         *,
         lasting: bool = False,
         predicted: bool = False,
+        lies_oddly: bool = False,
     ) -> None:
         """The arm refused ``decision`` with ``code``, or failed at it, in ``target`` as it is.
 
+        Of a box that ``lies_oddly`` at the pick point that says nothing about others, nor about
+        later: it may be for how it is to be taken rather than for where it is to go.
         When the arm had said before that it can do it in time, asking took too long: once more
         with the plan that it has by now, before that counts.
         """
-        lasting = lasting or code in LASTING
+        lasting = (lasting or code in LASTING) and not lies_oddly
         refused = _refused(target, decision, code, lasting=lasting, predicted=predicted)
         if (
             code in _SLOW

@@ -119,6 +119,21 @@ class TrajectoryParameters:
         high=0.1,
         read_only=True,
     )
+    robot_description: str = parameter(
+        'robot_description',
+        'Topic of the URDF of the driver (std_msgs/String), which is held against the model of the '
+        'robot; empty: it is not looked at.',
+        read_only=True,
+    )
+    model_tolerance: float = parameter(
+        0.03,
+        'Farthest that the flange of that URDF may be from where the model has it; more is another '
+        'robot, or another mounting, and refused.',
+        unit='m',
+        low=0.0001,
+        high=1.0,
+        read_only=True,
+    )
     silent_s: float = parameter(
         1.0, 'Measured joints older than this are no longer believed.', unit='s', low=0.05,
         high=10.0, read_only=True,
