@@ -71,9 +71,9 @@ def test_another_robot_is_refused_with_the_numbers():
 @pytest.mark.parametrize(
     ('urdf', 'text'),
     [
-        ('joints: 6', 'it is no URDF'),
+        ('joints: 6', 'no URDF'),
         ('<robot/>', 'no way from link base_link to link tool0'),
-        (described().replace('"elbow_joint"', '"knee_joint"'), 'no joints elbow_joint'),
+        (described().replace('"elbow_joint"', '"knee_joint"'), 'no joint elbow_joint'),
     ],
 )
 def test_what_is_no_description_of_it_is_said_and_does_no_harm(urdf, text):

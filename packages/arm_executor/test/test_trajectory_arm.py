@@ -24,6 +24,7 @@ from ur_dashboard_msgs.msg import SafetyMode
 from arm_executor.arms.kind import ArmSetup
 from arm_executor.arms.trajectory.arm import TrajectoryArm
 from arm_executor.arms.trajectory.parameters import TrajectoryParameters
+from arm_executor.goals.condition import trouble_of
 from arm_executor.model.arm_interface import MotionError
 from arm_executor.model.kinematics import CellKinematics
 from arm_executor.model.layout import Layout, LayoutError
@@ -242,7 +243,7 @@ def test_a_protective_stop_waits_for_the_robot_and_for_a_person(cell):
     refused = reset(bench)
     assert not refused.success and 'make the robot ready first' in refused.message
     bench.robot.unlock()
-    bench.wait(lambda: not bench.executor._core._trouble(), 'a robot that is ready')
+    bench.wait(lambda: not trouble_of(bench.executor._core._tools), 'a robot that is ready')
     assert reset(bench).success
     assert bench.events(BOX.id) == ['PICKED', 'RETURNED']
     assert not bench.robot.holds()
@@ -262,7 +263,7 @@ def test_a_robot_that_is_off_at_the_start_is_waited_for(cell):
     bench.wait_mode(ExecutorState.MODE_PROTECTIVE_STOP)
     assert 'External Control' in bench.of('executor_state')[-1].message
     bench.robot.unlock()
-    bench.wait(lambda: not bench.executor._core._trouble(), 'a robot that is ready')
+    bench.wait(lambda: not trouble_of(bench.executor._core._tools), 'a robot that is ready')
     assert reset(bench).success
     bench.wait_mode(ExecutorState.MODE_IDLE)
     assert place(bench).error_code == ErrorCode.NONE

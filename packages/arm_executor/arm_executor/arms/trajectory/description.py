@@ -10,17 +10,16 @@ from __future__ import annotations
 
 import itertools
 import math
-import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 
 from arm_executor.model.arm_interface import MotionError
 from arm_executor.model.layout import Layout
 from arm_executor.model.robot_data import JOINT_NAMES, RobotModel
-from arm_executor.model.tree import Joint, described_joints
+from arm_executor.model.robot_shapes import UrdfJoint, read_urdf
+from arm_executor.model.urdf import cell_urdf
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.geometry.frames import composed
 from pack_msgs_py.geometry.pose import Pose, conjugate, quaternion_product
-from pack_msgs_py.values import Vec3
 
 #: A description that is so near to the model needs no warning, m.
 WORTH_TELLING_M = 0.0005
@@ -49,11 +48,11 @@ def model_error(urdf: str, robot: RobotModel, prefix: str = '') -> ModelError:
     ValueError
         The text is no URDF, or describes no arm of Universal Robots.
     """
-    theirs = _described(urdf, prefix)
-    ours = _between(list(described_joints(robot, Layout())), _BASE, _TIP)
+    theirs = _chain(urdf, prefix)
+    ours = _chain(cell_urdf(robot, Layout(), described=True), '')
     worst_m = worst_rad = 0.0
     for pan, lift, elbow, last in itertools.product(_PANS, _LIFTS, _ELBOWS, _LAST_WRISTS):
-        q = (0.0, pan, lift, elbow, -math.pi / 2 - lift - elbow, -math.pi / 2, last)
+        q = (pan, lift, elbow, -math.pi / 2 - lift - elbow, -math.pi / 2, last)
         a, b = _flange(ours, q), _flange(theirs, q)
         worst_m = max(worst_m, math.dist(a.position, b.position))
         turn = quaternion_product(conjugate(a.quaternion), b.quaternion)
@@ -85,62 +84,27 @@ def judged(urdf: str, robot: RobotModel, prefix: str, allowed_m: float) -> tuple
     return text, True
 
 
-def _flange(joints: list[Joint], q: tuple[float, ...]) -> Pose:
+def _flange(joints: list[tuple[UrdfJoint, int | None]], q: tuple[float, ...]) -> Pose:
     pose = Pose()
-    for joint in joints:
-        pose = composed(pose, joint.transform(q))
+    for joint, index in joints:
+        pose = composed(pose, joint.transform(0.0 if index is None else q[index]))
     return pose
 
 
-def _described(urdf: str, prefix: str) -> list[Joint]:
-    try:
-        root = ET.fromstring(urdf)
-    except ET.ParseError as error:
-        msg = f'it is no URDF: {error}'
-        raise ValueError(msg) from error
-    indices = {f'{prefix}{name}': index for index, name in enumerate(JOINT_NAMES, start=1)}
-    joints = [
-        Joint(
-            name=element.get('name', ''),
-            parent=_link(element, 'parent'),
-            child=_link(element, 'child'),
-            xyz=_origin(element, 'xyz'),
-            rpy=_origin(element, 'rpy'),
-            index=indices.get(element.get('name', '')),
-        )
-        for element in root.findall('joint')
-    ]
-    chain = _between(joints, f'{prefix}{_BASE}', f'{prefix}{_TIP}')
-    missing = set(indices.values()) - {joint.index for joint in chain}
-    if missing:
-        names = ', '.join(sorted(name for name, index in indices.items() if index in missing))
-        msg = f'between {prefix}{_BASE} and {prefix}{_TIP} it has no joints {names}'
-        raise ValueError(msg)
-    return chain
-
-
-def _between(joints: list[Joint], base: str, tip: str) -> list[Joint]:
-    """The joints from link ``base`` to link ``tip``, in order."""
-    above = {joint.child: joint for joint in joints}
-    chain: list[Joint] = []
-    link = tip
-    while link != base:
-        joint = above.pop(link, None)
+def _chain(urdf: str, prefix: str) -> list[tuple[UrdfJoint, int | None]]:
+    """The joints from base to flange, in order, and which of the six each is."""
+    above = {joint.child: joint for joint in read_urdf(urdf).joints}
+    indices = {f'{prefix}{name}': index for index, name in enumerate(JOINT_NAMES)}
+    chain: list[tuple[UrdfJoint, int | None]] = []
+    link = f'{prefix}{_TIP}'
+    while link != f'{prefix}{_BASE}':
+        joint = above.get(link)
         if joint is None:
-            msg = f'it has no way from link {base} to link {tip}'
+            msg = f'there is no way from link {prefix}{_BASE} to link {prefix}{_TIP}'
             raise ValueError(msg)
-        chain.append(joint)
+        chain.append((joint, indices.pop(joint.name, None)))
         link = joint.parent
+    if indices:
+        msg = f'between {prefix}{_BASE} and {prefix}{_TIP} there is no joint {", ".join(indices)}'
+        raise ValueError(msg)
     return chain[::-1]
-
-
-def _link(joint: ET.Element, which: str) -> str:
-    element = joint.find(which)
-    return '' if element is None else element.get('link', '')
-
-
-def _origin(joint: ET.Element, which: str) -> Vec3:
-    element = joint.find('origin')
-    text = '' if element is None else element.get(which, '')
-    x, y, z = (float(word) for word in (text or '0 0 0').split())
-    return (x, y, z)
