@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import base64
 import json
+import os
 import shutil
 import subprocess
 import tempfile
 import time
 import urllib.request
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -55,6 +56,7 @@ class SocketClient:
             max_size=None,
         )
         self.messages: list[dict[str, Any]] = []
+        self.received = 0
         self._send(
             type='ViewerCameraMessage', wxyz=[1.0, 0.0, 0.0, 0.0], position=[0.0, 0.0, 1.0],
             fov=1.0, near=0.1, far=100.0, image_height=600, image_width=800,
@@ -71,6 +73,7 @@ class SocketClient:
         except TimeoutError:
             return
         assert isinstance(raw, bytes)
+        self.received += len(raw)
         packed = int.from_bytes(raw[8:16], 'little')
         inner = zstandard.ZstdDecompressor().decompress(raw[16 : 16 + packed])
         self.messages += msgspec.msgpack.decode(inner)['messages']
@@ -100,10 +103,25 @@ class SocketClient:
         self._socket.close()
 
 
-class Browser:
-    """Headless Chromium on one page, by its own debugging protocol."""
+def _family(pid: int) -> Iterator[int]:
+    yield pid
+    for task in Path(f'/proc/{pid}/task').glob('*/children'):
+        for child in task.read_text().split():
+            yield from _family(int(child))
 
-    def __init__(self, url: str, *, width: int = 1280, height: int = 800) -> None:
+
+def _processor_s(pid: int) -> float:
+    fields = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
+
+
+class Browser:
+    """Headless Chromium on one page, by its own debugging protocol.
+
+    ``before`` is JavaScript that runs before that of the page.
+    """
+
+    def __init__(self, url: str, *, width: int = 1280, height: int = 800, before: str = '') -> None:
         self._profile = tempfile.mkdtemp(prefix='page-test-')
         self._process = subprocess.Popen(
             [
@@ -129,6 +147,8 @@ class Browser:
             'Emulation.setDeviceMetricsOverride',
             width=width, height=height, deviceScaleFactor=1, mobile=width < 600,
         )  # fmt: skip
+        if before:
+            self.call('Page.addScriptToEvaluateOnNewDocument', source=before)
         self.opened_s = time.monotonic()
         self.call('Page.navigate', url=url)
 
@@ -145,6 +165,11 @@ class Browser:
         self._process.kill()
         self._process.wait()
         shutil.rmtree(self._profile, ignore_errors=True)
+
+    @property
+    def processor_s(self) -> float:
+        """Processor time of the browser until now, all its processes."""
+        return sum(_processor_s(pid) for pid in _family(self._process.pid))
 
     def call(self, method: str, **parameters: Any) -> dict[str, Any]:
         """Call a method of the debugging protocol; note errors that the page logs meanwhile."""

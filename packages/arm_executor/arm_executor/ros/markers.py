@@ -89,7 +89,7 @@ class _Cube:
 
 
 #: Namespaces of the markers.
-_NAMESPACES = ('cell', 'bins', 'boxes', 'gripper', 'belt')
+NAMESPACES = ('cell', 'bins', 'boxes', 'gripper', 'belt')
 
 
 def markers(scene: Scene, numbers: MarkerNumbers, stamp: object) -> MarkerArray:
@@ -99,7 +99,7 @@ def markers(scene: Scene, numbers: MarkerNumbers, stamp: object) -> MarkerArray:
     """
     cubes = list(_cubes(scene))
     shown = []
-    for namespace in _NAMESPACES:
+    for namespace in NAMESPACES:
         here = [cube for cube in cubes if cube.namespace == namespace]
         ids = numbers.number(namespace, (cube.key for cube in here))
         shown += [_cube(ids[cube.key], cube, stamp) for cube in here]
