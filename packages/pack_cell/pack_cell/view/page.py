@@ -25,7 +25,7 @@ _PANEL = 400
 #: Where one sees the whole cell from, and what one looks at.
 _FROM, _AT = (-3.4, -3.0, 3.6), (0.0, 0.7, 0.6)
 #: The same on an upright screen, of which the panel covers the lower half.
-_UPRIGHT_FROM, _UPRIGHT_AT = (-1.35, -6.0, 6.6), (-0.15, -0.1, -1.1)
+_UPRIGHT_FROM, _UPRIGHT_AT = (-1.5, -6.5, 7.0), (-0.15, -0.2, -1.1)
 
 
 class Order(str, Enum):

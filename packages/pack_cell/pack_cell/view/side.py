@@ -25,19 +25,19 @@ def figures_html(view: CellView) -> str:
     """Figures, and the fill of every open bin."""
     figures, scan = view.figures, view.scan
     total = None if scan is None or scan.remaining < 0 else scan.supplied + scan.remaining
-    rejects = ', '.join(
-        f'{count} {REASONS[reason]}' for reason, count in figures.rejects.most_common()
+    rejects = ''.join(
+        f', {count} {REASONS[reason]}' for reason, count in figures.rejects.most_common()
     )
     return render(
         'view/figures.html',
         tiles=(
-            ('placed', f'{figures.placed}' + (f' of {total}' if total else ''), ''),
-            ('boxes an hour', _number(figures.boxes_per_hour), ''),
-            ('fill now', _percent(view.fill_now), 'of open bins'),
-            ('fill', _percent(figures.fill_closed), f'of {len(figures.closed)} closed'),
-            ('ms of planning', _number(figures.planning_p95_s, 1000), 'p95'),
-            ('s to spare', _number(figures.mean_slack_s, 1, 2), _late(view)),
-            ('rejected', str(sum(figures.rejects.values())), rejects),
+            ('placed', f'{figures.placed}' + (f' of {total}' if total else '')),
+            ('boxes an hour', _number(figures.boxes_per_hour)),
+            ('fill of open bins', _percent(view.fill_now)),
+            (f'fill of {len(figures.closed)} closed', _percent(figures.fill_closed)),
+            ('ms planning, p95', _number(figures.planning_p95_s, 1000)),
+            (f's to spare{_late(view)}', _number(figures.mean_slack_s, 1, 2)),
+            (f'rejected{rejects}', str(sum(figures.rejects.values()))),
         ),
         bins=[
             (found.station, found.id, found.destination, len(found.boxes), 100 * found.fill_rate)
@@ -132,7 +132,7 @@ def _late(view: CellView) -> str:
     if least is None:
         return ''
     late = f', {view.figures.late} late' if view.figures.late else ''
-    return f'least {least:.2f}{late}'
+    return f', least {least:.2f}{late}'
 
 
 def _number(value: float | None, factor: float = 1.0, digits: int = 0) -> str:
