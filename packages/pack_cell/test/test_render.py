@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import json
+import shutil
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +33,29 @@ def test_a_film_has_every_frame_and_a_picture_the_first(tmp_path: Path) -> None:
     write_film(tmp_path / 'one.png', colours(5), 10.0)
     with Image.open(tmp_path / 'one.png') as picture:
         assert picture.getpixel((0, 0)) == (0, 0, 0)
+
+
+@pytest.mark.skipif(not shutil.which('ffprobe'), reason='no ffmpeg here')
+def test_a_film_is_an_mp4_of_every_frame_that_any_player_shows(tmp_path: Path) -> None:
+    path = tmp_path / 'deep' / 'film.mp4'
+    write_film(path, iter(np.full((64, 96, 3), 40 * n, dtype=np.uint8) for n in range(6)), 10.0)
+    entries = 'stream=codec_name,width,height,pix_fmt,r_frame_rate,nb_frames'
+    command = ['ffprobe', '-v', 'error', '-show_entries', entries, '-of', 'json', str(path)]
+    told = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
+    assert json.loads(told.stdout)['streams'] == [
+        {
+            'codec_name': 'h264', 'width': 96, 'height': 64, 'pix_fmt': 'yuv420p',
+            'r_frame_rate': '10/1', 'nb_frames': '6',
+        }
+    ]  # fmt: skip
+
+
+@pytest.mark.skipif(not shutil.which('ffmpeg'), reason='no ffmpeg here')
+def test_what_ffmpeg_cannot_write_is_told(tmp_path: Path) -> None:
+    (tmp_path / 'film.mp4').mkdir()
+    frames = iter(np.zeros((640, 960, 3), dtype=np.uint8) for _ in range(9))
+    with pytest.raises(OSError, match='could not write'):
+        write_film(tmp_path / 'film.mp4', frames, 10.0)
 
 
 def test_a_file_that_cannot_be_written_is_told_before_anything_is_drawn(monkeypatch) -> None:

@@ -10,6 +10,7 @@ numbers and gives the numbers of removed bodies out again. So bodies that go are
 
 from __future__ import annotations
 
+import re
 import tempfile
 from collections.abc import Iterable
 from pathlib import Path
@@ -21,8 +22,8 @@ from arm_executor.model.tree import CELL_JOINT_NAMES
 from pack_msgs_py.geometry.pose import NO_TURN, Pose
 from pack_msgs_py.values import Vec3
 
-_ROOT = (
-    '<link name="cell"><inertial><mass value="1"/>'
+_WITH_MASS = (
+    r'<link name="\1"><inertial><mass value="1"/>'
     '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>'
 )
 
@@ -43,8 +44,8 @@ def load_robot(client: int, urdf: str, self_collision: bool = False) -> int:
         flags |= pybullet.URDF_USE_SELF_COLLISION
     with tempfile.TemporaryDirectory(prefix='arm_executor_') as folder:
         path = Path(folder, 'cell.urdf')
-        # A root without inertia is right for ROS and a warning on the console for PyBullet.
-        text = urdf.replace('<link name="cell"/>', _ROOT)
+        # A frame without inertia is right for ROS and a warning on the console for PyBullet.
+        text = re.sub(r'<link name="(\w+)"\s*/>', _WITH_MASS, urdf)
         path.write_text(text, encoding='utf-8')
         robot: int = pybullet.loadURDF(
             str(path), useFixedBase=True, flags=flags, physicsClientId=client

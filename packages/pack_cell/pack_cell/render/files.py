@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import shutil
 import subprocess
 from collections.abc import Iterator
@@ -63,10 +64,12 @@ def _write_mp4(path: Path, frames: Iterator[Frame], frames_per_s: float) -> None
     ]
     with subprocess.Popen(command, stdin=subprocess.PIPE) as film:
         assert film.stdin is not None
-        film.stdin.write(first.tobytes())
-        for frame in frames:
-            film.stdin.write(frame.tobytes())
-        film.stdin.close()
+        # One that has ended before all was written tells by its code why.
+        with contextlib.suppress(BrokenPipeError):
+            film.stdin.write(first.tobytes())
+            for frame in frames:
+                film.stdin.write(frame.tobytes())
+            film.stdin.close()
     if film.returncode:
         msg = f'ffmpeg could not write {path}: exit code {film.returncode}'
         raise OSError(msg)
