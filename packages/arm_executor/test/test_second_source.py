@@ -6,6 +6,7 @@ import pytest
 from executor_cases import make_box, make_decision
 
 from pack_msgs.msg import AlarmArray, BoxScan, ExecutorState
+from pack_msgs_py.alarms import raised
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.one_source import new_session
 from pack_msgs_py.ros import conversions, qos
@@ -81,3 +82,28 @@ def test_a_goal_of_an_older_planner_is_refused(start):
         _, result = bench.result(bench.send(goal))
         assert result.error_code == expected, result.error_msg
     assert 'a second source speaks for the planner' in result.error_msg
+
+
+def test_an_alarm_of_a_node_that_there_is_not_does_not_stop_the_arm_for_ever(start):
+    bench = start()
+    alarms = bench.node.create_publisher(AlarmArray, 'alarms', qos.TOPICS['alarms'])
+    bench.wait(lambda: alarms.get_subscription_count() > 1, 'listeners of alarms')
+    jam = raised('JAM', 'said by nobody', bench.now())
+    alarms.publish(conversions.alarms_to_ros('/nobody', (jam,), bench.now()))
+    bench.wait_mode(ExecutorState.MODE_ALARM)
+    bench.wait_mode(ExecutorState.MODE_IDLE)
+
+
+def test_an_alarm_of_a_node_of_ones_own_holds_until_that_says_that_it_is_over(start):
+    bench = start()
+    alarms = bench.node.create_publisher(AlarmArray, 'alarms', qos.TOPICS['alarms'])
+    bench.wait(lambda: alarms.get_subscription_count() > 1, 'listeners of alarms')
+    told = len(bench.of('/diagnostics'))
+    curtain = raised('JAM', 'somebody is near', bench.now())
+    alarms.publish(conversions.alarms_to_ros('/bench', (curtain,), bench.now()))
+    bench.wait_mode(ExecutorState.MODE_ALARM)
+    # Each time it is looked which nodes there are.
+    bench.wait(lambda: len(bench.of('/diagnostics')) > told + 2, 'diagnostics')
+    assert bench.of('executor_state')[-1].mode == ExecutorState.MODE_ALARM
+    alarms.publish(conversions.alarms_to_ros('/bench', (), bench.now()))
+    bench.wait_mode(ExecutorState.MODE_IDLE)

@@ -5,7 +5,7 @@ Both outlive the process: they are in the journal before anybody hears of them.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import replace
 
 from arm_executor.bins.operation_log import OperationLog
@@ -110,4 +110,18 @@ class OperatorPanel:
 
     def hear(self, node: str, alarms: tuple[Alarm, ...]) -> None:
         """What stands in another node: the arm does not move for its alarms either."""
-        self._elsewhere[node] = alarms
+        if alarms:
+            self._elsewhere[node] = alarms
+        else:
+            self._elsewhere.pop(node, None)
+
+    def forget_gone(self, names: Callable[[], Collection[str]]) -> None:
+        """Forget what stood in nodes that are none of ``names`` any more, or never were.
+
+        Nobody could ever say that it is over.
+        """
+        if self._elsewhere:
+            there = names()
+            for node in [node for node in self._elsewhere if node not in there]:
+                codes = ', '.join(alarm.code for alarm in self._elsewhere.pop(node))
+                self._emit(Said('warning', f'{codes} of {node} is left: there is no such node'))

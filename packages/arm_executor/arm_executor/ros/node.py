@@ -55,6 +55,7 @@ from arm_executor.model.robot_data import find_robot
 from arm_executor.parameters import ExecutorParameters, destinations_from, settings_from
 from arm_executor.reach.layout_file import layout_for
 from arm_executor.ros.goal_server import GoalServer
+from arm_executor.ros.heartbeat import SteadyHeartbeat
 from arm_executor.ros.messages import true_boxes_from_ros
 from arm_executor.ros.operating import OperatorServices
 from arm_executor.ros.publishers import Publishers
@@ -62,14 +63,16 @@ from arm_executor.ros.resolving import ResolveService
 from arm_executor.ros.robot_time import RobotTime
 from arm_executor.ros.services import Services
 from arm_executor.ros.views import Views
-from pack_msgs.msg import AlarmArray, BoxScan, ExecutorState
+from pack_msgs.msg import BoxScan, ExecutorState
 from pack_msgs_py.alarms import raised
 from pack_msgs_py.cell_values import Report
 from pack_msgs_py.codes import ErrorCode, Mode
 from pack_msgs_py.one_source import new_session
 from pack_msgs_py.ros import conversions, qos
 from pack_msgs_py.ros.declare_parameters import declare_parameters, given_value
+from pack_msgs_py.ros.graph import node_names
 from pack_msgs_py.ros.managed_node import NOT_ACTIVE, ManagedNode
+from pack_msgs_py.ros.own_alarms import OwnAlarms
 from pack_msgs_py.ros.run_node import run_node
 from pack_msgs_py.ros.sourced import ARM, Sources
 from pack_msgs_py.ros.transforms import ScanFrames
@@ -162,6 +165,8 @@ class ArmExecutor(ManagedNode):
         )
         session = new_session()
         self._publish = Publishers(self, session)
+        self._heart = SteadyHeartbeat(self._publish.heartbeat_again, qos.HEARTBEAT_PERIOD_S)
+        self.at_release(self._heart.end)
         self._sources = Sources(self, (ARM, session))
         self._second = ''
         self._time = RobotTime(self, self._core.robot_time, as_clock=parameters.publish_clock)
@@ -203,14 +208,15 @@ class ArmExecutor(ManagedNode):
             self.create_subscription(kind, topic, checked, qos.heard(topic))
         others = self._sources.checked('executor_state', lambda msg: None)
         self.create_subscription(ExecutorState, 'executor_state', others, 10)
-        self.create_subscription(AlarmArray, 'alarms', self._on_alarms, qos.ALARMS_HEARD)
         bins = BinWork(self._core, self._book)
         self._served = Services(
             self, self._core, bins, self._layout, self._orientations, self._drain
         )
         ResolveService(self, self._core)
         OperatorServices(self, self._core, bins, self._drain, self._operated)
-        self._publish.alarms(self._core.panel.standing)
+        # The arm does not move for the alarms of other nodes either.
+        self._alarms = OwnAlarms(self, self._core.panel.hear)
+        self._alarms.publish(self._core.panel.standing)
         self._goals = GoalServer(self, self._core, self._why_not, self._drain, self._now_s)
         self.create_timer(qos.HEARTBEAT_PERIOD_S, self._beat)
         self.create_timer(DIAGNOSTICS_PERIOD_S, self._publish_diagnostics)
@@ -262,15 +268,6 @@ class ArmExecutor(ManagedNode):
                 f'{qos.TRUE_BOXES} ignored: {error}', throttle_duration_sec=5.0
             )
 
-    def _on_alarms(self, msg: AlarmArray) -> None:
-        """What stands in other nodes; the arm does not move for their alarms either."""
-        if msg.node == self.get_fully_qualified_name():
-            return
-        try:
-            self._core.panel.hear(*conversions.alarms_from_ros(msg))
-        except ValueError as error:
-            self.get_logger().warning(f'alarms ignored: {error}', throttle_duration_sec=5.0)
-
     # -- what the core says ---------------------------------------------------------------------
 
     def _emit(self, output: Output) -> None:
@@ -308,7 +305,7 @@ class ArmExecutor(ManagedNode):
             case Replied():
                 output.ticket.set_result(output.answer)
             case AlarmsChanged():
-                self._publish.alarms(output.alarms)
+                self._alarms.publish(output.alarms)
             case Said():
                 self._log(output)
             case Failed():
@@ -342,7 +339,7 @@ class ArmExecutor(ManagedNode):
         self._mind_second_source()
         status = self._core.status()
         self._mode = status.mode
-        self._publish.heartbeat(status)
+        self._heart.beat(lambda: self._publish.heartbeat(status))
 
     def _mind_second_source(self) -> None:
         """Raise the alarm once for as long as somebody else speaks for a part of the cell."""
@@ -361,6 +358,7 @@ class ArmExecutor(ManagedNode):
         self._publish_diagnostics()
 
     def _publish_diagnostics(self) -> None:
+        self._core.panel.forget_gone(node_names(self))
         self._publish.diagnostics(self._core.status(), self._book.state, self._journal.health)
 
 

@@ -10,17 +10,15 @@ from arm_executor.bins.book import BookState
 from arm_executor.goals.outputs import BinClosed, BinsChanged, Happened, Status
 from arm_executor.ros.messages import diagnostics_to_ros
 from pack_msgs.msg import (
-    AlarmArray,
     BinState,
     BinStateArray,
     BoxEvent,
     ExecutorState,
     PlacementReport,
 )
-from pack_msgs_py.alarms import Alarm
 from pack_msgs_py.cell_values import BinSnapshot, Report
 from pack_msgs_py.codes import BinStatus
-from pack_msgs_py.ros import conversions, qos
+from pack_msgs_py.ros import conversions
 from pack_msgs_py.ros.conversions import time_from_ros
 from pack_msgs_py.ros.sourced import SourcedPublisher
 from pack_msgs_py.values import frame_name
@@ -39,9 +37,9 @@ class Publishers:
         self._reports = publisher(PlacementReport, 'placement_report')
         self._events = publisher(BoxEvent, 'box_event')
         self._state = publisher(ExecutorState, 'executor_state')
-        self._alarms = node.create_publisher(AlarmArray, 'alarms', qos.TOPICS['alarms'])
         self._diagnostics = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._frames: dict[str, str] = {}
+        self._beaten = ExecutorState()
 
     def _stamp(self) -> TimeMsg:
         return self._node.get_clock().now().to_msg()
@@ -59,14 +57,6 @@ class Publishers:
         status = dict.fromkeys(state.held, BinStatus.HELD)
         status |= dict.fromkeys(state.blocked, BinStatus.BLOCKED)
         self._bin_state.publish(conversions.bins_to_ros(snapshot, dict(state.poses), status))
-
-    def alarms(self, standing: tuple[Alarm, ...]) -> None:
-        """All that a person must know of."""
-        node, now_s = (
-            self._node.get_fully_qualified_name(),
-            time_from_ros(self._stamp()),
-        )
-        self._alarms.publish(conversions.alarms_to_ros(node, standing, now_s))
 
     def closed(self, output: BinClosed) -> None:
         """The content of a bin that was taken away."""
@@ -89,6 +79,15 @@ class Publishers:
             message=status.message,
         )
         msg.header.stamp = self._stamp()
+        self._beaten = msg
+        self._send_heartbeat(msg)
+
+    def heartbeat_again(self) -> None:
+        """Still alive, and in the same mode."""
+        self._beaten.header.stamp = self._stamp()
+        self._send_heartbeat(self._beaten)
+
+    def _send_heartbeat(self, msg: ExecutorState) -> None:
         self._state.publish(msg)
         self._state.assert_liveliness()
 

@@ -38,7 +38,6 @@ from conveyor_sim.parameters import ConveyorParameters
 from conveyor_sim.ros.diagnostics import diagnostics_to_ros
 from conveyor_sim.ros.operating import BeltServices
 from pack_msgs.msg import (
-    AlarmArray,
     BinState,
     BinStateArray,
     BoxEvent,
@@ -53,7 +52,6 @@ from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.one_source import new_session
 from pack_msgs_py.parameter_fields import check_value, parameter_fields
 from pack_msgs_py.ros.conversions import (
-    alarms_to_ros,
     decision_from_ros,
     event_from_ros,
     event_to_ros,
@@ -64,7 +62,8 @@ from pack_msgs_py.ros.conversions import (
 from pack_msgs_py.ros.conversions.content import MOST_BINS, MOST_BOXES
 from pack_msgs_py.ros.declare_parameters import declare_parameters
 from pack_msgs_py.ros.managed_node import ManagedNode
-from pack_msgs_py.ros.qos import TOPICS, TRUE_BOXES, heard
+from pack_msgs_py.ros.own_alarms import OwnAlarms
+from pack_msgs_py.ros.qos import TRUE_BOXES, heard
 from pack_msgs_py.ros.run_node import run_node
 from pack_msgs_py.ros.sourced import BELT, SourcedPublisher, Sources
 
@@ -153,7 +152,7 @@ class ConveyorNode(ManagedNode):
             self._conveyor, self._ledger, acknowledges_itself=params.acknowledge == 'itself'
         )
         self._operator.take_up(self._now()[0])
-        self._alarms = self.create_publisher(AlarmArray, 'alarms', TOPICS['alarms'])
+        self._alarms = OwnAlarms(self)
         self._publish_alarms()
         BeltServices(self, self._conveyor, self._operator, self._now, self._tell, self._operated)
         self._tell(news)
@@ -183,8 +182,7 @@ class ConveyorNode(ManagedNode):
         self._publish_diagnostics()
 
     def _publish_alarms(self) -> None:
-        name, stamp_s = self.get_fully_qualified_name(), self._now()[1]
-        self._alarms.publish(alarms_to_ros(name, self._operator.standing, stamp_s))
+        self._alarms.publish(self._operator.standing)
 
     def _on_timer(self) -> None:
         news = self._conveyor.tick(*self._now())

@@ -19,6 +19,7 @@ from pack_msgs.srv import InsertBox, InsertPlacedBox, Operate, RemoveBox, Resolv
 from pack_msgs_py.codes import Command
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.ros import conversions, qos
+from pack_msgs_py.ros.parameter_service import check_parameters_of_nodes
 from pack_msgs_py.values import Box, PlacedBox
 
 _OPERATE_TYPE = 'pack_msgs/srv/Operate'
@@ -56,6 +57,7 @@ class CellClient:
         self._context = rclpy.Context()
 
     def __enter__(self) -> CellClient:
+        check_parameters_of_nodes()
         rclpy.init(
             context=self._context,
             domain_id=self.domain,

@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -18,9 +19,12 @@ from pack_cell.watching.cell_watch import NODES, CellWatch
 from pack_msgs.msg import AlarmArray, BoxScan, ExecutorState
 from pack_msgs.msg import CellState as CellStateMsg
 from pack_msgs_py.cell_state import CellState
+from pack_msgs_py.checks import clean_text
 from pack_msgs_py.codes import Level, Mode
 from pack_msgs_py.ros import conversions, qos
+from pack_msgs_py.ros.graph import node_names
 from pack_msgs_py.ros.run_node import run_node
+from pack_msgs_py.ros.sourced import Sources
 
 PERIOD_S = 1.0
 #: How often it is looked whether the state is another.
@@ -30,21 +34,29 @@ LOOK_S = 0.1
 class CellListener:
     """Feeds a :class:`CellWatch` with what is heard by ``node``, in the node's namespace.
 
-    Without ``scans`` whoever hears them anyway calls :meth:`CellWatch.on_scan`.
+    Without ``scans`` whoever hears them anyway calls :meth:`CellWatch.on_scan`. ``sources`` says
+    whom the node believes; by default that is found out here.
     """
 
-    def __init__(self, node: Node, *, scans: bool = True) -> None:
+    def __init__(self, node: Node, *, scans: bool = True, sources: Sources | None = None) -> None:
         self.watch = CellWatch(time.monotonic)
+        sources = sources or Sources(node)
         self._prefix = node.get_namespace().rstrip('/') + '/'
-        node.create_subscription(ExecutorState, 'executor_state', self._on_arm, QoSProfile(depth=1))
-        node.create_subscription(AlarmArray, 'alarms', self._on_alarms, qos.ALARMS_HEARD)
+        heard: list[tuple[type, str, Callable[[Any], None], QoSProfile]] = [
+            (ExecutorState, 'executor_state', self._on_arm, QoSProfile(depth=10)),
+            (AlarmArray, 'alarms', self._on_alarms, qos.ALARMS_HEARD),
+        ]
         if scans:
-            node.create_subscription(BoxScan, 'box_scan', self._on_scan, qos.TOPICS['box_scan'])
+            heard.append((BoxScan, 'box_scan', self._on_scan, qos.heard('box_scan')))
+        for kind, topic, take, profile in heard:
+            node.create_subscription(kind, topic, sources.checked(topic, take), profile)
         node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
+        node.create_timer(PERIOD_S, lambda: self.watch.forget_gone(node_names(node)))
 
     def _on_arm(self, msg: ExecutorState) -> None:
         if msg.mode in set(Mode):
-            self.watch.on_heartbeat(Mode(msg.mode), msg.active_box_id, msg.message)
+            active, message = clean_text(msg.active_box_id), clean_text(msg.message)
+            self.watch.on_heartbeat(Mode(msg.mode), active, message)
 
     def _on_alarms(self, msg: AlarmArray) -> None:
         try:
@@ -64,16 +76,17 @@ class CellListener:
             name = name[len(self._prefix) :]
             if name in NODES:
                 level = status.level[0] if isinstance(status.level, bytes) else int(status.level)
-                values = {pair.key: pair.value for pair in status.values}
-                self.watch.on_diagnostics(name, Level(min(level, 3)), status.message, values)
+                values = {pair.key: clean_text(pair.value) for pair in status.values}
+                text = clean_text(status.message)
+                self.watch.on_diagnostics(name, Level(min(level, 3)), text, values)
 
 
 class CellMonitor:
     """Publishes `cell_state` by ``node``: on each change, and once a second."""
 
-    def __init__(self, node: Node, *, scans: bool = True) -> None:
+    def __init__(self, node: Node, *, scans: bool = True, sources: Sources | None = None) -> None:
         self._node = node
-        self.watch = CellListener(node, scans=scans).watch
+        self.watch = CellListener(node, scans=scans, sources=sources).watch
         self._last: CellState | None = None
         self._sent_s = 0.0
         self._publisher = node.create_publisher(

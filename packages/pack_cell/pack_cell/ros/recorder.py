@@ -33,7 +33,9 @@ from pack_msgs.msg import (
 )
 from pack_msgs_py.cell_state import CellState
 from pack_msgs_py.ros import conversions, qos
+from pack_msgs_py.ros.parameter_service import check_parameters_of_nodes
 from pack_msgs_py.ros.run_node import run_node
+from pack_msgs_py.ros.security import secured_or_nothing
 from pack_msgs_py.ros.sourced import Sources
 
 #: Events that wait to be handled: on a busy machine the cell runs ahead of this process.
@@ -62,7 +64,7 @@ class Recorder(Node):
         self.problems: list[str] = []
         self._listener: Listener = lambda kind, value: None
         self._log: RunLog | None = None
-        self._sources = Sources(self)
+        self.sources = Sources(self)
         topics: dict[str, tuple[type, Callable[[Any], None]]] = {
             'box_scan': (BoxScan, self._on_scan),
             qos.TRUE_BOXES: (BoxScan, self._on_truth),
@@ -82,7 +84,7 @@ class Recorder(Node):
             profile = copy(qos.TOPICS[topic])
             if profile.depth > 1:
                 profile.depth = _BACKLOG
-            take = self._sources.checked(topic, self._guard(topic, callback))
+            take = self.sources.checked(topic, self._guard(topic, callback))
             self.create_subscription(kind, topic, take, profile)
 
     def _guard(self, topic: str, callback: Callable[[Any], None]) -> Callable[[Any], None]:
@@ -162,9 +164,11 @@ class SteppedRecorder:
     """
 
     def __init__(self, record: RunRecord, listener: Listener, log: RunLog | None = None) -> None:
-        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-        self._recorder = Recorder(record, listener, log=log)
-        self._monitor = CellMonitor(self._recorder, scans=False)
+        check_parameters_of_nodes()
+        with secured_or_nothing():
+            rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+            self._recorder = Recorder(record, listener, log=log)
+        self._monitor = CellMonitor(self._recorder, scans=False, sources=self._recorder.sources)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self._recorder)
 

@@ -43,6 +43,7 @@ from pack_msgs.msg import AlarmArray, BoxEvent, ExecutorState, PlacementReport
 from pack_msgs_py.codes import Mode, Severity
 from pack_msgs_py.ros import conversions
 from pack_msgs_py.ros.declare_parameters import declare_parameters
+from pack_msgs_py.ros.parameter_service import check_parameters_of_nodes
 
 #: How often new topics are looked for, at first and later.
 LOOK_PERIOD_S, LOOK_SELDOM_S, LOOKS_OFTEN = 0.2, 1.0, 50
@@ -270,6 +271,7 @@ def main(args: list[str] | None = None) -> None:
     os.nice(NICENESS)
     signals = Signals()
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    check_parameters_of_nodes()
     try:
         recorder = TopicRecorder()
     except (ValueError, OSError) as error:

@@ -194,8 +194,14 @@ class Viewer(Node):
         self._layout_asked.call_async(request).add_done_callback(self._on_layout)
 
     def _on_layout(self, future: Any) -> None:  # noqa: ANN401 - rclpy's future
-        path, robot = (value.string_value for value in future.result().values)
-        self._layout = (path, robot)
+        values = [value.string_value for value in future.result().values]
+        if len(values) != 2:  # what answers is no executor of this cell
+            self.get_logger().warning(
+                f'belt and bins are drawn where they usually stand: {len(values)} of 2 parameters '
+                'came from arm_executor'
+            )
+            return
+        self._layout = (values[0], values[1])
 
     def _stand_like_the_cell(self) -> None:
         """Read the layout; what reads it takes half a second to come up."""

@@ -7,7 +7,7 @@ clock.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 
 from pack_msgs_py.alarms import Alarm
@@ -83,6 +83,12 @@ class CellWatch:
     def on_alarms(self, node: str, alarms: tuple[Alarm, ...]) -> None:
         """All that stands in a node."""
         self._alarms[node] = alarms
+
+    def forget_gone(self, names: Callable[[], Collection[str]]) -> None:
+        """Forget the alarms of nodes that are none of ``names`` any more, or never were."""
+        if any(self._alarms.values()):
+            there = names()
+            self._alarms = {node: said for node, said in self._alarms.items() if node in there}
 
     def on_scan(self, boxes: int, remaining: int) -> None:
         """So many boxes are on the belt, and so many are to come."""

@@ -14,6 +14,9 @@ from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedE
 from rclpy.logging import get_logger
 from rclpy.node import Node
 
+from pack_msgs_py.ros.parameter_service import check_parameters_of_nodes
+from pack_msgs_py.ros.security import NoSecurity, secured_or_nothing
+
 SomeNode = TypeVar('SomeNode', bound=Node)
 
 #: So long after its start a node has heard the time, if anybody tells it, seconds.
@@ -100,10 +103,17 @@ def _life(
     # rclpy closes the context at a signal, which ends the spinning; an interrupt raised beside that
     # would strike anywhere, also where Python can only print it.
     signal.signal(signal.SIGINT, lambda number, frame: None)
-    rclpy.init(args=args)
+    try:
+        with secured_or_nothing():
+            rclpy.init(args=args)
+    except NoSecurity as error:
+        sys.stderr.write(f'{name}: {error}\n')
+        return True, CANNOT_START
+    check_parameters_of_nodes()
     node, executor, stopped, code = None, None, True, 0
     try:
-        node = create()
+        with secured_or_nothing():
+            node = create()
         warn_without_clock(node)
         executor = spun_by(node)
         executor.add_node(node)
@@ -113,7 +123,7 @@ def _life(
     except Exception as error:
         # A signal closes the context at once; what was being made or sent then fails somehow.
         if rclpy.ok():
-            if node is None and isinstance(error, cannot_start):
+            if node is None and isinstance(error, (*cannot_start, NoSecurity)):
                 code = CANNOT_START
             elif isinstance(error, failed):
                 code = FAILED

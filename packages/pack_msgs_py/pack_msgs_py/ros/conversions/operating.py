@@ -14,6 +14,8 @@ from pack_msgs_py.ros.conversions.basic import time_from_ros, time_to_ros
 
 #: More than ever stand in a node at a time.
 MOST_ALARMS = 1000
+#: Of a cell.
+MOST_NODES = 100
 
 
 def alarm_to_ros(alarm: Alarm) -> AlarmMsg:
@@ -78,12 +80,19 @@ def cell_state_to_ros(state: CellState) -> CellStateMsg:
 
 def cell_state_from_ros(msg: CellStateMsg) -> CellState:
     """pack_msgs/CellState as a checked value."""
+    check_length('nodes', msg.nodes, MOST_NODES)
+    check_length('alarms', msg.alarms, MOST_ALARMS)
     return CellState(
         condition=Condition(msg.state),
-        summary=msg.summary,
-        next_action=msg.next_action,
+        summary=clean_text(msg.summary),
+        next_action=clean_text(msg.next_action),
         nodes=tuple(
-            NodeState(node.name, Level(node.level), node.state, node.waits_for)
+            NodeState(
+                check_name('name', node.name),
+                Level(node.level),
+                clean_text(node.state),
+                clean_text(node.waits_for),
+            )
             for node in msg.nodes
         ),
         alarms=tuple(alarm_from_ros(alarm) for alarm in msg.alarms),
