@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import threading
+import time
+
 import pytest
+from core_bench import TIMEOUT_S
 from executor_cases import CELL, make_box, make_decision, make_goal, make_scan
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -13,7 +17,7 @@ from arm_executor.bins.book import BookError
 from arm_executor.bins.hand_work import hand_pose
 from arm_executor.goals.bin_work import BinWork
 from arm_executor.goals.outputs import BinClosed
-from pack_msgs_py.codes import ErrorCode, Phase
+from pack_msgs_py.codes import ErrorCode, Mode, Phase
 from pack_msgs_py.profiles import planned_size
 from pack_msgs_py.values import PlacedBox
 
@@ -224,3 +228,32 @@ def test_a_goal_for_a_bin_that_was_swapped_meanwhile_is_refused_with_its_name(ma
     bench.core.submit(make_goal(make_decision(BOX), deadline_s=time.time() + 60))
     report = ended(bench)
     assert report.code is ErrorCode.INVALID_GOAL and "'LDC-1'" in report.message
+
+
+def test_a_goal_that_meets_a_bin_which_people_have_just_changed_is_decided_again(make_core_bench):
+    class SlowToLook(TimedArm):
+        """Looks into the bins once the next goal is there."""
+
+        def __init__(self):
+            super().__init__(speed=0.0)
+            self.look = threading.Event()
+            self.look.set()
+
+        def set_bins(self, bins, poses):
+            assert self.look.wait(TIMEOUT_S)
+            return super().set_bins(bins, poses)
+
+    arm = SlowToLook()
+    bench = make_core_bench(arm=arm)
+    arm.look.clear()
+    paused(bench).insert('A', at(BOX))
+    bench.core.panel.request('RESUME', '', 'anna', '', (True, ''))
+    bench.core.on_scan(make_scan(NEXT, stamp_s=time.time(), presented=NEXT.id))
+    decision = make_decision(NEXT, (SIZE[0], 0, 0), revision=bench.book.state.bins[0].revision)
+    bench.core.submit(make_goal(decision, deadline_s=time.time() + 60.0))
+    arm.look.set()
+    report = ended(bench)
+    assert report.code is ErrorCode.STALE_BIN_REVISION, report.message
+    assert bench.core.status().mode is Mode.IDLE
+    again = bench.place(NEXT, (SIZE[0], 0, 0), revision=bench.book.state.bins[0].revision)
+    assert again.code is ErrorCode.NONE

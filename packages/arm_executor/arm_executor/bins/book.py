@@ -10,7 +10,7 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
-from arm_executor.bins.book_state import BookError, BookState
+from arm_executor.bins.book_state import BinHasChanged, BookError, BookState
 from arm_executor.bins.doubt import DOUBT, Finder, Recovery, as_written, blocked_bins, sorted_out
 from arm_executor.bins.journal import Journal
 from arm_executor.bins.records import Attempt, Step, placed_of
@@ -224,7 +224,7 @@ class BinBook:
             target = self.state.find(decision.bin_id)
             if target is None or target.revision != decision.bin_revision:
                 msg = f'bin {decision.bin_id!r} has changed since the goal was admitted'
-                raise BookError(msg)
+                raise BinHasChanged(msg)
             attempt = Attempt(
                 0, placed_of(decision), target.serial, decision.target, goal_id=goal_id
             )

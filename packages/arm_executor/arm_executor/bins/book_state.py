@@ -13,6 +13,10 @@ class BookError(Exception):
     """The bins do not allow what was asked; the text says why."""
 
 
+class BinHasChanged(BookError):
+    """The bin is another than the one that was decided for: decide again."""
+
+
 @dataclass(frozen=True)
 class BookState:
     """Every bin that stands in the cell, oldest first, and the pose of each box in them.

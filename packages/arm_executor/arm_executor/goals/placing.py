@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from arm_executor.bins.book import BinBook
+from arm_executor.bins.book_state import BinHasChanged
 from arm_executor.bins.records import Step, placed_of
 from arm_executor.goals.arm_request import aside_in_bin, request_of
 from arm_executor.goals.belt_view import BeltClock, BeltView
@@ -112,7 +113,12 @@ class Placing:
             code, text = self._stopped(error.code, str(error))
             self.needs_reset = code is ErrorCode.PROTECTIVE_STOP
             return self._report(code, text, MotionResult(code))
-        self._book.begin(self.goal.decision, self.goal.goal_id)
+        try:
+            self._book.begin(self.goal.decision, self.goal.goal_id)
+        except BinHasChanged as error:
+            # Boxes that people have put in or taken out were measured meanwhile.
+            code = ErrorCode.STALE_BIN_REVISION
+            return self._report(code, str(error), MotionResult(code))
         self.plan, self.heard_s = plan, self._tools.steady()
         result = self._arm.execute(plan, self._hooks(plan), self.stop)
         self.heard_s = math.inf

@@ -135,11 +135,29 @@ class PhysicsWorld:
         self.boxes[box.id] = Body(number, size, offset, box.weight_kg)
 
     def remove_box(self, box_id: str) -> None:
-        """Take a box away; one that is not there is fine."""
+        """Take a box away; one that is not there is fine. Those that lean on it wake."""
         body = self.boxes.pop(box_id, None)
         if body is not None:
             self._dozing = []
+            self._wake_around(body.number)
             bullet.remove(self.client, body.number, self.robot, self.links.values())
+
+    def _wake_around(self, number: int) -> None:
+        """Wake the boxes that touch a body: without it they would sleep on in mid-air."""
+        low, high = pybullet.getAABB(number, physicsClientId=self.client)
+        near = pybullet.getOverlappingObjects(
+            [edge - _TOUCH for edge in low],
+            [edge + _TOUCH for edge in high],
+            physicsClientId=self.client,
+        )
+        others = {body.number for body in self.boxes.values()}
+        for other in others & {found for found, _ in near or ()}:
+            pybullet.changeDynamics(
+                other,
+                -1,
+                activationState=pybullet.ACTIVATION_STATE_WAKE_UP,
+                physicsClientId=self.client,
+            )
 
     def move_box(self, box_id: str, pose: Pose) -> None:
         """Put a box elsewhere, at rest."""
