@@ -19,7 +19,7 @@ from arm_executor.arms.true_boxes import TrueBox, Truth
 from arm_executor.goals.outputs import Finished
 from arm_executor.model.layout import Layout
 from pack_msgs_py.alarms import TROUBLES
-from pack_msgs_py.codes import ErrorCode, Phase
+from pack_msgs_py.codes import ErrorCode, Phase, Reason
 
 BOX, NEXT = make_box(1), make_box(2)
 PAGE = Path(__file__).resolve().parents[3] / 'docs' / 'operations.md'
@@ -185,10 +185,17 @@ def test_a_goal_that_ends_with_a_code_says_why_with_the_value(make_core_bench, c
     assert re.search(said, report.message), report.message
 
 
-@pytest.mark.parametrize('code', [code.name for code in PROVOKED] + [*TROUBLES])
-def test_every_code_has_its_line_in_the_page_for_operators(code):
-    lines = [line for line in PAGE.read_text().splitlines() if line.startswith('| ')]
-    assert any(f'`{code}`' in line.split('|')[1] for line in lines), code
+REASONS = [reason.name for reason in Reason if reason is not Reason.NONE]
+
+
+@pytest.mark.parametrize('code', [*(code.name for code in PROVOKED), *TROUBLES, *REASONS])
+def test_every_code_has_a_line_of_its_own_in_the_page_for_operators(code):
+    lines = [line for line in PAGE.read_text().splitlines() if line.startswith(f'| `{code}` |')]
+    assert lines, code
+    for line in lines:
+        cells = [cell.strip() for cell in line.strip('|').split('|')]
+        # The code, maybe its kind, what it means, what the cell does, what a person does.
+        assert 4 <= len(cells) <= 5 and all(cells), line
 
 
 @pytest.mark.parametrize('code', TROUBLES)
