@@ -16,7 +16,9 @@ from arm_executor.bins.records import configuration
 from conveyor_sim.ledger.ledger import BoxRecord, Ledger, Whereabouts
 from pack_cell.cli import main
 from pack_cell.journal.verify import book_errors
-from pack_msgs_py.cell_values import Decision
+from pack_cell.report.record import RunRecord
+from pack_cell.running.books_of_bins import books_of_bins
+from pack_msgs_py.cell_values import BinSnapshot, Decision
 from pack_msgs_py.codes import Reason
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.profiles import find_profile
@@ -148,3 +150,12 @@ def test_a_flipped_byte_of_a_row_is_found_and_named(run, name, tmp_path):
         wrong = book_errors(state)
         assert wrong and all(line.startswith(f'{name}: ') for line in wrong), text
     assert tried > 5
+
+
+def test_a_run_that_goes_on_knows_what_is_in_its_bins_before_the_arm_speaks(run):
+    record = RunRecord()
+    books_of_bins(run / 'state').tell(record)
+    assert record.ids_in_bins() == {'a', FORMULA}
+    heard = BinSnapshot(9, 50.0, ())
+    record.on_bins(heard)
+    assert record.ids_in_bins() == set()

@@ -12,16 +12,20 @@ from pathlib import Path
 from arm_executor.bins.journal import FILE_NAME
 from arm_executor.bins.journal_reader import ALL, read_journal
 from pack_cell.report.record import RunRecord
-from pack_msgs_py.cell_values import BoxEvent
+from pack_msgs_py.cell_values import BinSnapshot, BoxEvent
 from pack_msgs_py.values import Bin
 
 
 @dataclass(frozen=True)
 class BooksOfBins:
-    """Every event of a box that the executor has written down, and every bin that was closed."""
+    """Every event of a box that the executor has written down, and every bin.
+
+    Those that stand in the cell count too: a run may be stopped before its executor speaks.
+    """
 
     events: tuple[BoxEvent, ...] = ()
     closed: tuple[Bin, ...] = ()
+    standing: BinSnapshot | None = None
 
     def tell(self, record: RunRecord) -> None:
         """Have ``record`` know all of it; what it has heard before changes nothing."""
@@ -29,6 +33,8 @@ class BooksOfBins:
             record.on_event(event)
         for closed in self.closed:
             record.on_closed(closed)
+        if self.standing is not None and not record.bins:
+            record.on_bins(self.standing)
 
 
 def books_of_bins(state: Path) -> BooksOfBins:
@@ -45,4 +51,5 @@ def books_of_bins(state: Path) -> BooksOfBins:
     with read_journal(path) as journal:
         if not journal.is_begun:
             return BooksOfBins()
-        return BooksOfBins(journal.events(ALL), journal.closed_bins(ALL))
+        standing = BinSnapshot(journal.revision(), 0.0, journal.open_bins())
+        return BooksOfBins(journal.events(ALL), journal.closed_bins(ALL), standing)

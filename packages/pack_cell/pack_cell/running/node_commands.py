@@ -40,15 +40,17 @@ def node_specs(folder: Path, parameters: dict[str, Path]) -> list[NodeSpec]:
             sys.executable,
             str(executable(package, program)),
             '--ros-args',
-            '--params-file',
-            str(parameters[name]),
+            # What it says is in the folder of the run already, and is kept short there.
+            '--disable-external-lib-logs',
+            *('--params-file', str(parameters[name])),
         ]
         specs.append(NodeSpec(name, command, folder / 'log' / f'{name}.log'))
     if RECORDER in parameters:
         command = [
             sys.executable,
             *('-m', 'pack_cell.ros.topic_recorder'),
-            *('--ros-args', '--params-file', str(parameters[RECORDER])),
+            *('--ros-args', '--disable-external-lib-logs'),
+            *('--params-file', str(parameters[RECORDER])),
         ]
         log = folder / 'log' / f'{RECORDER}.log'
         specs.append(NodeSpec(RECORDER, command, log, attendant=True))

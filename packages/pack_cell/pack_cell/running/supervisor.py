@@ -12,11 +12,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO
 
+from pack_cell.running.log_rotation import rotate
 from pack_msgs_py.signals import signal_name
 
 #: How long a node may take to end after SIGINT, and again after SIGTERM, before the next step.
 STOP_PATIENCE_S = 5.0
 MAX_RESPAWNS = 10
+#: A node that has run for so long does not count as one that dies at once, seconds.
+GOOD_LIFE_S = 60.0
 
 
 @dataclass(frozen=True)
@@ -38,6 +41,7 @@ class _RunningNode:
     process: subprocess.Popen[bytes]
     log: IO[bytes]
     respawns: int = 0
+    since_s: float = field(default_factory=time.monotonic)
 
 
 @dataclass(frozen=True)
@@ -103,18 +107,24 @@ class Supervisor:
         return {name: running.process.pid for name, running in self._running.items()}
 
     def poll(self) -> list[NodeDeath]:
-        """Reap nodes that ended unasked; start them again if ``respawn`` is set."""
+        """Reap nodes that ended unasked; start them again if ``respawn`` is set.
+
+        One that dies at once is started again ten times. Logs that have grown long are put aside.
+        """
         deaths = []
         for name, running in list(self._running.items()):
+            rotate(running.spec.log)
             code = running.process.poll()
             if code is None:
                 continue
             running.log.close()
             attendant = running.spec.attendant
-            again = self.respawn and running.respawns < MAX_RESPAWNS and not attendant
+            lived = time.monotonic() - running.since_s >= GOOD_LIFE_S
+            respawns = 0 if lived else running.respawns
+            again = self.respawn and respawns < MAX_RESPAWNS and not attendant
             if again:
                 fresh = self._spawn(running.spec)
-                fresh.respawns = running.respawns + 1
+                fresh.respawns = respawns + 1
                 self._running[name] = fresh
             else:
                 del self._running[name]
