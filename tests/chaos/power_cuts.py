@@ -37,7 +37,8 @@ STEPS = ('planned', 'picked', 'releasing', 'placed', 'verified')
 #: From the start of a run to its first decision, seconds: cuts come later than that by this much.
 WARM_S = 0.5
 TIMED = ('--arm', 'timed', '--deadline', '60', '--speed', '0', '--algorithm', 'mpack_lite')
-PATIENCE_S = 240.0
+#: On a busy machine nodes take long to start, which is no stall.
+PATIENCE_S = 600.0
 
 
 @dataclass
@@ -52,10 +53,12 @@ class Trial:
 class CutRun:
     """A run in ``folder`` that is cut and gone on with; ``arguments`` are those of `cell run`."""
 
-    def __init__(self, folder: Path, arguments: list[str], domain: int) -> None:
+    def __init__(self, folder: Path, arguments: list[str], domain: int | None) -> None:
         self.folder = folder
         self._arguments = arguments
-        self._env = dict(os.environ, ROS_DOMAIN_ID=str(domain))
+        self._env = dict(os.environ)
+        if domain is not None:
+            self._env['ROS_DOMAIN_ID'] = str(domain)
         self._process: subprocess.Popen[bytes] | None = None
 
     def start(self) -> None:
@@ -151,6 +154,7 @@ def one_trial(number: int, options: argparse.Namespace, base: Path) -> Trial:
     boxes = folder.parent / 'boxes.csv'
     write_boxes(boxes, options.boxes, rng)
     arm = [] if options.physics else list(TIMED)
+    arm += ['--stall-timeout', f'{PATIENCE_S:g}']
     if options.phases:
         arm += ['--respawn', '--speed', '6']
     arguments = [*arm, '--boxes', str(boxes), '--out', str(folder), *options.run]
@@ -205,7 +209,7 @@ def main() -> int:
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--physics', action='store_true', help='the arm in physics')
     parser.add_argument('--phases', action='store_true', help='kill the arm behind each step')
-    parser.add_argument('--domain', type=int, default=87, help='ROS domain of the runs')
+    parser.add_argument('--domain', type=int, help='ROS domain of the runs; any that is free')
     parser.add_argument('--keep', type=Path, help='folder for the runs, kept')
     parser.add_argument('run', nargs='*', help='further arguments of cell run, behind --')
     options = parser.parse_args()

@@ -13,8 +13,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pack_cell.chaos.cell_at_hand import CellAtHand
+from pack_cell.chaos.cell_at_hand import PATIENCE_S, CellAtHand
 from pack_cell.ros.executables import NODES, executable
+from pack_msgs_py.codes import Command
 
 if TYPE_CHECKING:
     from pack_cell.ros.attacker import SteppedAttacker
@@ -25,6 +26,17 @@ HALTS_S = (0.5, 1.0, 2.0, 5.0, 10.0, 30.0)
 SECOND_S = 4.0
 #: Hostile messages of one burst.
 BURST = 200
+BURST_KINDS = (*('messages',) * 8, 'goals')
+#: What an operator does, and what takes it back. A belt that is emptied would end the run.
+_ARM_COMMANDS = (
+    (Command.PAUSE, Command.RESUME),
+    (Command.STOP, Command.RESET),
+    (Command.HOLD_BIN, Command.RELEASE_BIN),
+    (Command.CLOSE_BIN, Command.SWAP_BIN),
+)
+_BELT_COMMANDS = ((Command.PAUSE, Command.RESUME), (Command.DRAIN, Command.FEED))
+#: He takes it back after so long, and tries again when that is refused, seconds.
+_OPERATED_S = 1.0
 #: After a fault the cell packs on for up to so long before the next one, seconds.
 CALM_S = 3.0
 
@@ -79,6 +91,7 @@ def run_campaign(
         'all is cut': lambda: _cut(cell),
         'hostile messages': lambda: _burst(campaign, attacker, BURST),
         'a second node': lambda: _second(chance, cell.folder, domain),
+        'an operator': lambda: _operate(chance, domain),
     }
     end_s = time.monotonic() + 60.0 * minutes
     while time.monotonic() < end_s and not cell.ended:
@@ -119,9 +132,29 @@ def _cut(cell: CellAtHand) -> str:
 
 def _burst(campaign: Campaign, attacker: SteppedAttacker, count: int) -> str:
     before = attacker.sent.total()
-    attacker.attack(count, ('messages',) * 8 + ('goals',), 'arm_executor')
+    attacker.attack(count, BURST_KINDS)
     campaign.messages += attacker.sent.total() - before
     return f'{count} of them'
+
+
+def _operate(chance: random.Random, domain: int) -> str:
+    """Do what an operator may do at the belt or at station A, and take it back."""
+    from pack_cell.ros.cell_client import CellClient
+
+    with CellClient(domain, None, PATIENCE_S, 'chaos', 'to see what comes of it') as client:
+        at_arm = chance.random() < 0.7
+        done, undone = chance.choice(_ARM_COMMANDS if at_arm else _BELT_COMMANDS)
+
+        def command(which: Command) -> tuple[bool, str]:
+            return client.arm(which, 'A') if at_arm else client.belt(which)
+
+        went, said = command(done)
+        end_s, back = time.monotonic() + PATIENCE_S, not went
+        while not back and time.monotonic() < end_s:
+            time.sleep(_OPERATED_S)
+            back, said = command(undone)
+        whose = 'arm' if at_arm else 'belt'
+        return f'{done.name} and {undone.name} of the {whose} ({said})'
 
 
 def _second(chance: random.Random, folder: Path, domain: int) -> str:

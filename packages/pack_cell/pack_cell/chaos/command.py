@@ -110,8 +110,9 @@ def _under_fire(
     from pack_cell.chaos.campaign import Campaign, run_campaign
     from pack_cell.chaos.cell_at_hand import CellAtHand
     from pack_cell.ros.attacker import SteppedAttacker
+    from pack_cell.ros.executables import NODES
 
-    left = arguments.messages - 3 * round(ALONE * arguments.messages / 3)
+    left = arguments.messages - round(ALONE * arguments.messages)
     arm = PHYSICS if arguments.physics else TIMED
     given = [*arm, '--respawn', '--count', '1000000', '--stall-timeout', '600', '--quiet']
     cell = CellAtHand(folder / 'run', given, domain)
@@ -120,6 +121,8 @@ def _under_fire(
     try:
         if cell.seconds_to_next() is None:
             campaign = Campaign(wrong=[f'the cell places no box\n{cell.screen()}'])
+        elif unknown := [node for node in (*NODES, 'recorder') if not attacker.get_to_know(node)]:
+            campaign = Campaign(wrong=[f'the cell runs, and {unknown} tell nothing of themselves'])
         else:
             campaign = run_campaign(
                 cell,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import random
 import signal
 import subprocess
 import sys
@@ -20,21 +19,28 @@ PARAMETERS = {
     'conveyor': ('count:=200', 'speed:=20.0', 'faults:=all=0.02'),
     'planner': ('orientations:=upright', 'candidates:=4'),
     'arm_executor': ('arm:=timed', 'speed:=20.0', 'orientations:=upright'),
+    'recorder': (),
+    'cell_monitor': (),
+    'viewer': ('port:=0',),
 }
+#: Nodes that keep their books in a folder.
+_WITH_STATE = ('conveyor', 'arm_executor')
 #: What a node is told: messages mostly.
-KINDS = (*('messages',) * 6, 'services', 'commands', 'goals', 'parameters')
+KINDS = (*('messages',) * 6, *('services',) * 2, 'goals', 'parameters')
 #: A node gets so long to start, to answer after the last message, and to end, seconds.
 PATIENCE_S = 30.0
 #: After so many messages the node is given time to hear them, and a good word.
-BURST = 50
+BURST = 20
 
 
 @dataclass
 class LoneNode:
-    """How a node has taken what it was told; ``wrong`` says what should not be."""
+    """How a node has taken what it was told; ``types`` are those of its interfaces, and
+    ``wrong`` says what should not be."""
 
     name: str
     sent: dict[str, int] = field(default_factory=dict)
+    types: list[str] = field(default_factory=list)
     wrong: list[str] = field(default_factory=list)
     seconds: float = 0.0
 
@@ -56,9 +62,10 @@ def attack_alone(
     result = LoneNode(name)
     folder.mkdir(parents=True, exist_ok=True)
     log = folder / f'{name}.log'
-    given = (*PARAMETERS[name], f'state_dir:={folder}') if name != 'planner' else PARAMETERS[name]
+    given = (*PARAMETERS[name], *([f'state_dir:={folder}'] if name in _WITH_STATE else []))
     words = [word for pair in given for word in ('-p', pair)]
-    command = [sys.executable, str(executable(*NODES[name])), '--ros-args', *words]
+    program = [str(executable(*NODES[name]))] if name in NODES else ['-m', f'pack_cell.ros.{name}']
+    command = [sys.executable, *program, '--ros-args', *words]
     attacker = SteppedAttacker(seed, domain, believed=True)
     with log.open('wb') as out:
         process = subprocess.Popen(
@@ -69,17 +76,16 @@ def attack_alone(
         )
     began_s = time.monotonic()
     try:
-        if not attacker.answers(name, PATIENCE_S):
+        if not attacker.get_to_know(name):
             result.wrong.append(f'{name} did not start:\n{_tail(log)}')
             return result
-        chance = random.Random(seed)
+        result.types = sorted(attacker.known[name].types)
         while attacker.sent.total() < messages and process.poll() is None:
             attacker.attack(min(BURST, messages - attacker.sent.total()), KINDS, name)
-            if chance.random() < 0.3:
-                attacker.beat()
-            attacker.listen(0.01)
+            attacker.beat()
+            attacker.listen(0.02)
             say(f'{name}: {attacker.sent.total()} of {messages}')
-        if process.poll() is None and not attacker.answers(name, PATIENCE_S):
+        if process.poll() is None and attacker.parameters_of(name, PATIENCE_S) is None:
             result.wrong.append(f'{name} does not answer any more:\n{_tail(log)}')
     finally:
         result.sent = dict(attacker.sent)
