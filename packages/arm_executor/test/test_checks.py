@@ -227,5 +227,8 @@ def test_a_place_on_the_box_under_way_is_judged_by_where_that_will_rest():
     lifted = replace(second, target=make_decision(SECOND, second.corner_mm).target)
     assert admit(make_goal(lifted), later.state) is None
     x, y, z = second.target.position
-    sunk = replace(second, target=replace(second.target, position=(x, y, z - 0.002)))
+    # the planner asked before that box was measured, 4 mm higher than it was scanned
+    lower = replace(second, target=replace(second.target, position=(x, y, z - 0.004)))
+    assert admit(make_goal(lower), later.state) is None
+    sunk = replace(second, target=replace(second.target, position=(x, y, z - 0.010)))
     assert admit(make_goal(sunk), later.state).code is ErrorCode.RULE_VIOLATION

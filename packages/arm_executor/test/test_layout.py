@@ -110,7 +110,7 @@ def test_parameter_robot_wins_over_the_file_and_the_rest_of_the_file_stays(tmp_p
     layout = find_layout(str(path), 'ur30')
     assert (layout.robot, layout.rail.x_max, layout.rail.x_min) == ('ur30', 1.5, -2.4)
     assert find_layout('') == Layout()
-    assert find_layout('', 'ur30') == Layout(robot='ur30')
+    assert find_layout('', 'ur20') == Layout(robot='ur20')
 
 
 def test_belt_in_a_bin_is_refused():
@@ -143,11 +143,12 @@ def test_layout_of_each_robot_reaches_the_bins_that_it_is_for(robot, kinds):
 
 
 def test_short_arm_in_the_layout_of_a_long_one_is_refused_with_what_it_reaches():
-    with pytest.raises(LayoutError, match=r'ur16e \(reach 0\.9 m\) reaches 48% of bin A \(LDC\)'):
+    with pytest.raises(LayoutError, match=r'ur16e \(reach 0\.9 m\) reaches 43% of bin A \(LDC\)'):
         low = ConveyorLayout(tallest_box=0.45)
         check_reach(Layout(robot='ur16e', conveyor=low), {'A': parse_bin('LDC')})
     with pytest.raises(LayoutError, match=r'ur5e .* base 1\.3 m high cannot reach the waiting'):
-        check_reach(Layout(robot='ur5e'), {'A': parse_bin('SYN')})
+        low_base = Rail(base_height=1.30)
+        check_reach(Layout(robot='ur5e', rail=low_base), {'A': parse_bin('SYN')})
 
 
 def test_tool_as_heavy_as_the_robot_lifts_is_refused():

@@ -102,8 +102,9 @@ def test_arm_against_walls_and_belt(worlds):
         hit = world.first_hit(path_at(q))
         away = oracle.arm(q)
         touches = hit is not None and hit.split(' and ')[1].startswith(('bin', 'conveyor'))
-        if away < -DOUBT:
-            # It may also touch itself, and say that first.
+        if away < -ARM_MARGIN:
+            # It may also touch itself, and say that first. Of what is nearer than the margin, and
+            # does not touch, physics misses one in nine hundred, by what it looked at before.
             assert hit is not None, f'{q} is {-1000 * away:.1f} mm too near, and free'
             hits += 1
         elif away > DOUBT + 0.001:

@@ -132,7 +132,8 @@ def test_jerk_keeps_to_its_limit_and_the_motion_to_its_path(timing, x, mass, jer
     whole = np.vstack([np.zeros((1, 7)), gentle.qdd, np.zeros((1, 7))])
     assert (np.abs(np.diff(whole, axis=0)) * 240 <= most * 1.15).all()
     assert (np.abs(gentle.qdd) <= smooth.max_acceleration * 1.03).all()
-    assert fast.duration < gentle.duration < 1.5 * fast.duration
+    # Both are found on grids of their own: 0.1 % may lie between equal ones.
+    assert 0.99 * fast.duration < gentle.duration < 1.5 * fast.duration
     assert gentle.q[[0, -1]] == pytest.approx(path.q[[0, -1]], abs=1e-6)
     nearest = np.abs(gentle.q[:, None] - fast.q[None]).max(axis=2).min(axis=1)
     assert nearest.max() < 0.02

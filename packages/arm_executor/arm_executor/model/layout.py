@@ -22,6 +22,9 @@ from pack_msgs_py.values import STATIONS, BinSpec, Vec3, Walls
 class Rail:
     """The linear axis that carries the arm along x. Speed, acceleration and force are assumed.
 
+    At 1.45 m a UR20 reaches the top of a roller cage at its back, and over the stacks before it; at
+    1.30 m it does not (docs/benchmarks/execution.md).
+
     Where ``x_min`` and ``x_max`` are the same, the arm stands there and there is no rail.
     """
 
@@ -30,7 +33,7 @@ class Rail:
     speed: float = 1.5
     acceleration: float = 3.0
     force: float = 3000.0
-    base_height: float = 1.30
+    base_height: float = 1.45
     pedestal_radius: float = 0.15
 
     @property

@@ -87,6 +87,7 @@ class MotionPlanner:
     period : of the samples of a trajectory, seconds.
     timing : says how fast a path can be travelled; exactly by default.
     step : spacing of the samples of a path, metres.
+    scout : finds much faster where a motion is likely, and what it finds is tried first.
     """
 
     def __init__(
@@ -99,6 +100,7 @@ class MotionPlanner:
         *,
         timing: Timing | None = None,
         step: float = PATH_STEP,
+        scout: MotionPlanner | None = None,
     ) -> None:
         self.kinematics = CellKinematics(robot, layout)
         self.timing = timing or Timing(robot, layout, limits)
@@ -106,6 +108,7 @@ class MotionPlanner:
         self._world = world
         self._period = period
         self._step = step
+        self._scout = scout
         self._front = FrontPlanner(self.kinematics, self.timing, layout, world, period)
 
     def home(self) -> Array:
@@ -130,7 +133,6 @@ class MotionPlanner:
             ``LIMITS_EXCEEDED``, ``NO_IK_SOLUTION``, ``PATH_IN_COLLISION`` or
             ``START_STATE_INVALID``, with what was in the way.
         """
-        begun = time.thread_time()
         request = as_lying(request)
         self._check_load(request)
         if not stands_upright(request.target.quaternion):
@@ -146,13 +148,14 @@ class MotionPlanner:
                 f'({x:.3f}, {y:.3f}, {z:.3f}) m in bin {site.station}'
             )
             raise MotionError(ErrorCode.NO_IK_SOLUTION, msg)
+        likely = self._likely(request, q, site)
         world = self._world
         belt = {f'box {box.id} on the belt': (box, pose) for box, pose in request.belt}
         try:
             for name, (box, pose) in belt.items():
                 world.set_box(name, metres(box.size_mm), pose)
             world.hold(task.size, f'box {request.box.id}')
-            return self._quickest(request, task, start, stances, begun)
+            return self._quickest(request, task, start, stances, likely)
         finally:
             world.drop()
             for name in belt:
@@ -182,13 +185,28 @@ class MotionPlanner:
             raise MotionError(ErrorCode.START_STATE_INVALID, msg)
         return _Start(q, tool, yaw, int(np.nanargmin(away)))
 
+    def _likely(self, request: PlaceRequest, q: Array, site: Site) -> Stance | None:
+        """The stance in which a motion is likely, if that is known."""
+        if self._scout is None:
+            return None
+        try:
+            return self._scout.plan(request, q, site).stance
+        except MotionError:
+            return None
+
     def _quickest(
-        self, request: PlaceRequest, task: Task, start: _Start, stances: list[Stance], begun: float
+        self,
+        request: PlaceRequest,
+        task: Task,
+        start: _Start,
+        stances: list[Stance],
+        likely: Stance | None,
     ) -> PlannedMotion:
+        begun = time.thread_time()
         load = Load(request.box.weight_kg, task.size, metres(request.box.com_offset_mm))
         best: PlannedMotion | None = None
         hit, timed = '', 0
-        for stance, styles in self._tries(task, stances):
+        for stance, styles in self._tries(task, stances, likely):
             late = time.thread_time() - begun > _BUDGET_S
             if late or timed >= _MAX_TIMED or (best and best.duration < stance.estimate):
                 break
@@ -197,7 +215,7 @@ class MotionPlanner:
                 hit = hit or paths
                 continue
             timed += 1
-            motion = self._timed(task, paths, load)
+            motion = self._timed(task, stance, paths, load)
             if isinstance(motion, str):
                 hit = hit or motion
             elif best is not None:
@@ -214,14 +232,16 @@ class MotionPlanner:
         return best
 
     def _tries(
-        self, task: Task, stances: list[Stance]
+        self, task: Task, stances: list[Stance], likely: Stance | None
     ) -> Iterator[tuple[Stance, tuple[PathStyle, ...]]]:
-        """Stances whose pick and place are free, the quickest first, and the styles to try."""
+        """Stances whose pick and place are free, ``likely``, then the quickest; styles to try."""
+        if likely is not None and self._ends_hit(task, likely) is None:
+            yield likely, (*_BOLD, *_LAST)
         able: list[Stance] = []
         for stance in stances:
             if len(able) >= _MAX_TRIED:
                 break
-            if self._ends_hit(task, stance) is None:
+            if stance != likely and self._ends_hit(task, stance) is None:
                 able.append(stance)
                 yield stance, _BOLD
         behind = task.pick[1] * task.place[1] < 0
@@ -335,7 +355,7 @@ class MotionPlanner:
         self._world.remove(name)
         return hit
 
-    def _timed(self, task: Task, paths: _Paths, load: Load) -> PlannedMotion | str:
+    def _timed(self, task: Task, stance: Stance, paths: _Paths, load: Load) -> PlannedMotion | str:
         """The motion along ``paths``, its samples checked again; else what is wrong with it."""
         pieces: list[Trajectory] = []
         for path, carried in (
@@ -357,7 +377,8 @@ class MotionPlanner:
             return hit
         height = self.kinematics.tool(carry.q)[:, 2, 3]
         lowering = int(np.nonzero(height > height.max() - _LEVEL)[0].max())
-        return PlannedMotion(approach, carry, retreat, float(carry.times[lowering]), paths.carry)
+        lowering_s = float(carry.times[lowering])
+        return PlannedMotion(approach, carry, retreat, lowering_s, paths.carry, stance)
 
     def _motion_hit(
         self, task: Task, approach: Trajectory, carry: Trajectory, retreat: Trajectory

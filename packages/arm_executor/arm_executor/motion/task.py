@@ -19,8 +19,9 @@ from pack_msgs_py.values import BinSpec, Vec3, Walls
 #: The box is let go this far above what it stands on.
 DROP = 0.0005
 #: How far under the commanded pose the box may be lowered to what really is there, and how far
-#: that may stand above it.
-_LOWEST, _HIGHEST = 0.010, 0.003
+#: that may stand above it: half of what the scanner was wrong about its height. One box in 740
+#: is 6 mm higher than a scanner of 2 mm says, and nothing would go on top of it any more.
+_LOWEST, _HIGHEST = 0.010, 0.006
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,11 @@ _SMALL = Layout(
     conveyor=ConveyorLayout(tallest_box=0.45),
     stations=Stations(near_y=0.32, near_y_open_front=0.62),
 )
+#: With less reach the base stands nearer to what it picks up.
+_SHORTER = Layout(rail=Rail(base_height=1.30))
 _DEFAULTS = {
+    'ur10e': _SHORTER,
+    'ur30': _SHORTER,
     'ur16e': _SMALL,
     'ur5e': replace(_SMALL, rail=Rail(base_height=1.20), tool=replace(_SMALL.tool, mass=1.0)),
 }

@@ -87,8 +87,8 @@ class PhysicsArm:
         for planned_in in (self.obstacles, sketched):
             planned_in.set_block(conveyor_block(self.layout))
         limits = limits or MotionLimits()
-        motions = MotionPlanner(robot, self.layout, limits, self.obstacles, STEP_S)
         predictor = MotionPredictor(robot, self.layout, limits, sketched)
+        motions = MotionPlanner(robot, self.layout, limits, self.obstacles, STEP_S, scout=predictor)
         self.bins = StandingBins(self.layout, self.world, self.obstacles, sketched)
         self.driver = ArmDriver(self.world, self.gripper, motions.timing, motions.home())
         self.planning = PhysicsPlanning(

@@ -50,8 +50,10 @@ class KnownPlanning:
         sketched = QuickWorld(robot, layout)
         for world in (self._world, sketched):
             world.set_block(conveyor_block(layout))
-        self.motions = MotionPlanner(robot, layout, limits, self._world, period)
         self._predictor = MotionPredictor(robot, layout, limits, sketched)
+        self.motions = MotionPlanner(
+            robot, layout, limits, self._world, period, scout=self._predictor
+        )
         self._layout, self._period = layout, period
         self._bins, self._pace = bins, pace
         self._shown = ShownBins(layout, self._world, sketched)
