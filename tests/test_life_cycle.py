@@ -13,10 +13,11 @@ from rosgraph_msgs.msg import Clock
 
 from arm_executor.ros.node import ArmExecutor
 from conveyor_sim.ros.node import ConveyorNode
+from pack_cell.ros.health import unhealthy
 from pack_msgs.msg import BoxScan, ExecutorState, PlacementDecision, PlacementReport
 from pack_msgs_py.ros import qos
 from pack_msgs_py.ros.conversions import time_from_ros
-from pack_msgs_py.ros.testing import Spinner
+from pack_msgs_py.ros.testing import Spinner, private_context
 from pack_planner.ros.node import PlannerNode
 
 pytestmark = pytest.mark.ros
@@ -135,6 +136,21 @@ def test_who_is_not_active_does_nothing_and_goes_on_when_it_is(spinners, watcher
     assert watcher.change('planner', activate)
     watcher.wait(lambda: len(reports) == COUNT, 'every box placed')
     assert {report.error_code for report in reports} == {0}
+
+
+def test_a_health_check_tells_who_is_not_well(spinners, ros_domain):
+    with private_context() as context:
+        asking = Node('health', context=context)
+        assert unhealthy(asking, '/planner', 0.5) == '/planner is not there'
+        given = [Parameter('autostart', value=False)]
+        node = ConveyorNode(context=spinners[0].context, parameter_overrides=given)
+        spinners[0].add(node)
+        assert unhealthy(asking, '/conveyor', TIMEOUT_S) == '/conveyor is unconfigured'
+        node.trigger_configure()
+        node.trigger_activate()
+        assert unhealthy(asking, '/conveyor', TIMEOUT_S) == ''
+        spinners[0].close()
+        asking.destroy_node()
 
 
 def test_cleaned_up_and_configured_anew_the_cell_begins_anew(spinners, watcher):
