@@ -34,27 +34,12 @@ _THINNEST_MM = 2.0
 
 _YES = frozenset(
     ('yes', 'y', 'true', 't', '1', 'x', 'ja', 'j', 'oui', 'o', 'si', 'sì', 'sí', 's', 'sim', 'tak',
-     'ano', 'evet', 'да', '是', '✓')
+     'ano', 'evet', 'kyllä', 'igen', 'да', '是', 'はい', '예', '✓')
 )  # fmt: skip
 _NO = frozenset(
-    (
-        'no',
-        'n',
-        'false',
-        'f',
-        '0',
-        '-',
-        'nein',
-        'non',
-        'nao',
-        'não',
-        'nie',
-        'ne',
-        'hayır',
-        'нет',
-        '否',
-    )
-)
+    ('no', 'n', 'false', 'f', '0', '-', 'nein', 'nee', 'nej', 'nei', 'non', 'nao', 'não', 'nie',
+     'ne', 'ei', 'nem', 'hayır', 'нет', '否', 'いいえ', '아니오')
+)  # fmt: skip
 #: What is understood and stays with the box all the same.
 _KEPT = ('source', 'sequence', 'target')
 _UP_WORDS = {'any': UP_ANY, 'upright': UP_POS_Z}

@@ -29,16 +29,17 @@ _SYNONYMS = {
     'length': (
         'length, lengths, l, long, len, dx, x, Länge, Laenge, longueur, largo, longitud, '
         'lunghezza, comprimento, lengte, długość, délka, längd, længde, laengde, lengde, pituus, '
-        'uzunluk, длина, 长, 长度, 長さ'
+        'uzunluk, длина, 长, 长度, 長さ, 길이'
     ),
     'width': (
         'width, widths, w, b, breadth, wide, dy, y, Breite, largeur, ancho, anchura, larghezza, '
-        'largura, breedte, szerokość, šířka, bredd, bredde, leveys, genişlik, ширина, 宽, 宽度, 幅'
+        'largura, breedte, szerokość, šířka, bredd, bredde, leveys, genişlik, ширина, 宽, 宽度, '
+        '幅, 너비, 폭'
     ),
     'height': (
         'height, heights, h, high, hgt, dz, z, Höhe, Hoehe, hauteur, alto, altura, altezza, '
         'hoogte, wysokość, výška, höjd, højde, hoyde, høyde, korkeus, yükseklik, высота, 高, 高度, '
-        '高さ'
+        '高さ, 높이'
     ),
     'depth': (
         'depth, depths, d, t, deep, Tiefe, profondeur, profundidad, fondo, profondità, '
@@ -46,18 +47,18 @@ _SYNONYMS = {
     ),
     'size': (
         'size, sizes, dimension, dimensions, dims, dim, measurements, l x w x h, l x b x h, '
-        'lxwxh, lxbxh, w x d x h, Abmessung, Abmessungen, Maße, Außenmaße, Größe, Groesse, '
-        'dimensiones, dimensioni, dimensões, afmetingen, wymiary, rozměry, размеры, габариты, 尺寸'
+        'lxwxh, lxbxh, lx wx h, lx bx h, w x d x h, wx dx h, Abmessung, Abmessungen, Maße, '
+        'Außenmaße, Größe, Groesse, dimensiones, dimensioni, dimensões, afmetingen, wymiary, rozměry, размеры, габариты, 尺寸'
     ),
     'weight': (
         'weight, weights, wt, mass, Gewicht, Masse, poids, peso, waga, masa, hmotnost, vikt, vægt, '
-        'vaegt, vekt, paino, ağırlık, вес, масса, 重量'
+        'vaegt, vekt, paino, ağırlık, вес, масса, 重量, 重さ, 質量, 무게'
     ),
     'quantity': (
         'quantity, quantities, qty, count, copies, pieces, pcs, pc, number of boxes, no of boxes, '
         'Menge, Anzahl, Stück, Stueck, Stk, Stückzahl, Stueckzahl, quantité, qté, cantidad, cant, '
         'quantità, qta, quantidade, qtd, aantal, ilość, szt, množství, počet, antal, määrä, adet, '
-        'miktar, количество, кол во, 数量'
+        'miktar, количество, кол во, 数量, 個数, 수량'
     ),
     'id': (
         'id, box id, boxid, box no, box number, box, carton id, cartonid, carton no, carton, '
@@ -68,7 +69,9 @@ _SYNONYMS = {
         'sku, skus, article id, articleid, article no, article number, Artikelnr, Artikel Nr, '
         'Artikelnummer, item id, itemid, item no, item number, product id, productid, '
         'product code, part no, part number, ean, gtin, upc, asin, reference, ref, référence, '
-        'referencia, riferimento, indeks, артикул, 货号, article, Artikel, item'
+        'referencia, riferimento, indeks, артикул, 货号, article, Artikel, item, code, código, '
+        'codice, kód, kod, Bestellcode, ürün, ürün kodu, 商品コード, 品番, 상품코드, nr, no, '
+        'number, Nummer, numer, número, numero, numéro, číslo, номер, 编号, 番号, 번호'
     ),
     'order': (
         'order id, orderid, order, orders, order no, order nr, order number, Auftrag, Auftragsnr, '
@@ -80,7 +83,8 @@ _SYNONYMS = {
     'source': 'source',
     'fragile': (
         'fragile, is fragile, fragil, frágil, zerbrechlich, delicate, breakable, kruche, křehké, '
-        'breekbaar, хрупкий, хрупкое, 易碎'
+        'breekbaar, ömtålig, bräcklig, skrøbelig, särkyvä, kırılgan, хрупкий, хрупкое, '
+        '易碎, 割れ物, 壊れ物'
     ),
     'upright': (
         'this side up, thissideup, this way up, side up, upright, keep upright, upright only, '
@@ -92,7 +96,8 @@ _SYNONYMS = {
         'empilable, apilable, impilabile, empilhável, stapelbaar'
     ),
     'max_top_load': (
-        'max top load, max load on top, top load, load on top, max stack load, max weight above, '
+        'max top load, max load on top, top load, load on top, max stack load, max stack weight, '
+        'max weight on top, max top weight, max weight above, '
         'maximum weight above, max stacking weight, Auflast, max Auflast, Stapellast'
     ),
     'allowed_up': 'allowed up',
