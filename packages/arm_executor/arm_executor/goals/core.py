@@ -76,12 +76,9 @@ class ExecutorCore:
         wall: Callable[[], float] = time.time,
         steady: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._book = book
-        self._settings = settings
-        self._make_arm = make_arm
+        self._book, self._settings, self._make_arm = book, settings, make_arm
         self.emit = emit
-        self._wall = wall
-        self._steady = steady
+        self._wall, self._steady = wall, steady
         self._belt = BeltView(wall)
         self._plans = PlanCache()
         self._tools: Tools | None = None

@@ -48,7 +48,8 @@ _SYNONYMS = {
     'size': (
         'size, sizes, dimension, dimensions, dims, dim, measurements, l x w x h, l x b x h, '
         'lxwxh, lxbxh, lx wx h, lx bx h, w x d x h, wx dx h, Abmessung, Abmessungen, Maße, '
-        'Außenmaße, Größe, Groesse, dimensiones, dimensioni, dimensões, afmetingen, wymiary, rozměry, размеры, габариты, 尺寸'
+        'Außenmaße, Größe, Groesse, dimensiones, dimensioni, dimensões, afmetingen, wymiary, '
+        'rozměry, размеры, габариты, 尺寸'
     ),
     'weight': (
         'weight, weights, wt, mass, Gewicht, Masse, poids, peso, waga, masa, hmotnost, vikt, vægt, '
