@@ -7,7 +7,7 @@ from pack_cell.options.run_options import parse_run_options
 from pack_cell.report.archive import Archive
 from pack_cell.report.ended_run import EndedRun, execution_profile
 from pack_cell.report.offline_packing import OfflineBins
-from pack_cell.report.record import KEPT_BINS, RunRecord
+from pack_cell.report.record import KEPT_BINS, MOST_REASONS, RunRecord
 from pack_cell.report.run_figures import RunFigures
 from pack_cell.report.summary import placement_rows, summarize, summary_lines
 from pack_cell.report.summary_figures import FIGURES
@@ -292,3 +292,11 @@ def test_no_two_figures_of_the_summary_have_the_same_key():
     keys = [figure.key for figure in FIGURES]
     assert len(set(keys)) == len(keys)
     assert set(keys) < set(summary_of(finished_record()))
+
+
+def test_reasons_for_bins_that_there_are_not_do_not_pile_up():
+    record = RunRecord()
+    for number in range(3 * MOST_REASONS):
+        record.on_closing(ClosingReason(f'nowhere-{number}'))
+    assert list(record.closings)[-1] == f'nowhere-{3 * MOST_REASONS - 1}'
+    assert len(record.closings) == MOST_REASONS

@@ -22,6 +22,8 @@ from pack_msgs_py.values import Bin, Box, PlacedBox
 
 #: Closed bins that are kept at hand: whatever comes late is about a box in one of these.
 KEPT_BINS = 20
+#: Reasons for closing that are kept: bins that are about to be closed at a time, and many more.
+MOST_REASONS = 100
 #: Decisions and reports of which a repetition is recognized.
 _KEPT_KEYS = 500
 
@@ -144,6 +146,8 @@ class RunRecord:
     def on_closing(self, reason: ClosingReason) -> None:
         """Remember why a bin is about to be closed; the last reason of a bin counts."""
         self.closings[reason.bin_id] = reason
+        for bin_id in list(self.closings)[:-MOST_REASONS]:
+            del self.closings[bin_id]  # of bins that there are not, if somebody says so
 
     def _archived(self, box_id: str) -> bool:
         return self.archive is not None and box_id in self.archive.where
