@@ -23,6 +23,7 @@ from rcl_interfaces.srv import ListParameters, SetParameters
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data
 from rclpy.serialization import deserialize_message, serialize_message
 
 from pack_cell.hostile_fields import HOSTILE, spoil
@@ -72,10 +73,12 @@ class Attacker(Node):
         self.known[name] = found
         for topic, type_name in found.topics.items():
             if topic not in self._outlets:
-                kind, profile = interface_class(type_name), qos.TOPICS.get(topic, qos.EVENTS)
-                self._outlets[topic] = (kind, self.create_publisher(kind, topic, profile))
+                # Offered is what every subscriber takes, and asked for what every publisher offers.
+                kind, offered = interface_class(type_name), qos.TOPICS.get(topic, qos.EVENTS)
+                self._outlets[topic] = (kind, self.create_publisher(kind, topic, offered))
                 self._heard[topic] = deque(maxlen=_KEPT)
-                self.create_subscription(kind, topic, partial(self._hear, topic), profile, raw=True)
+                asked = qos.TOPICS.get(topic, qos_profile_sensor_data)
+                self.create_subscription(kind, topic, partial(self._hear, topic), asked, raw=True)
         for path, type_name in found.services.items():
             if path not in self._calls:
                 self._calls[path] = self.create_client(interface_class(type_name), path)
