@@ -5,9 +5,10 @@ Run it in the environment of `./cell setup`; docs/benchmarks/foresight.md shows 
 
     python benchmarks/waste_terms.py --bins LDC EQ
     python benchmarks/waste_terms.py --boxes draw:cartons draw:cases.csv --set above=0.6 beside=0
+    python benchmarks/waste_terms.py --boxes draw:cases.csv --open-bins 3 --set room=0
 
 Every line packs the same streams of boxes as the scanner measures them, by the weights of
-`foresight` itself but for what the line says.
+`foresight` itself but for what the line says; its cells hold the mean and each stream.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from pack_planner.algorithms.waste_weights import WasteWeights
 #: What is changed where nothing else is asked for.
 CHANGES = (
     '', 'above=0 beside=0 level_mm=0', 'beside=0 level_mm=0', 'above=0 level_mm=0',
-    'above=0 beside=0', 'level_mm=0', 'beside=0', 'above=0', 'snug=0', 'hollow=0.3',
+    'above=0 beside=0', 'level_mm=0', 'beside=0', 'above=0', 'snug=0', 'hollow=0.3', 'room=0',
 )  # fmt: skip
 
 
@@ -93,7 +94,8 @@ def main() -> None:
                 for name in args.boxes
                 for seed in args.seeds
             ]  # fmt: skip
-            means.append(f'{sum(fills) / len(fills):.1f}')
+            each = ', '.join(f'{one:.1f}' for one in fills)
+            means.append(f'{sum(fills) / len(fills):.1f} ({each})')
         print('|', text or 'nothing', '|', ' | '.join(means), '|', flush=True)
 
 

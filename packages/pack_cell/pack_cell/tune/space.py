@@ -30,6 +30,7 @@ LIMITS = {
     'slender': (-0.3, 0.5),
     'shut_off': (0.0, 4.0),
     'choices': (1.0, 6.0),
+    'room': (0.0, 2.0),
 }
 UNIT = 'touched'
 

@@ -10,9 +10,14 @@ often flush with what lies beyond: so the far ends count too. The waste of a pla
 where ``level`` are tops that differ by no more than 2 mm, ``snug`` is the share of the sides that
 have a gap below 60 mm, and ``above`` and ``beside`` are room that the boxes in sight would leave
 empty, over the volume of the box. What is ``shut off`` is room behind it in a cage, which an arm
-that comes through the open front would reach no more. docs/benchmarks/foresight.md has what each
-of these is worth. Where corners must rest on tops, the weights of `rollout` take the place of those
-that it has too.
+that comes through the open front would reach no more.
+
+To the waste of a plan as a whole it adds, for each bin with walls all around, 0.4 of the share of
+the sizes to come that find no place there any more, times the number of such boxes that fill a bin
+(:mod:`pack_planner.algorithms.sizes_to_come`): a bin into which nothing fits is closed.
+
+docs/benchmarks/foresight.md has what each of these is worth. Where corners must rest on tops, the
+weights of `rollout` take the place of those that it has too.
 """
 
 from __future__ import annotations
@@ -20,7 +25,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pack_planner.algorithms.base import Choice, Problem
-from pack_planner.algorithms.play_out import best_plan
+from pack_planner.algorithms.play_out import FIRST_MOVES, FIRST_MOVES_ALIKE, best_plan
 from pack_planner.algorithms.registry import algorithm
 from pack_planner.algorithms.rollout import WEIGHTS as OF_ROLLOUT
 from pack_planner.algorithms.virtual_bins import SEARCH_S
@@ -29,6 +34,7 @@ from pack_planner.algorithms.waste_weights import WasteWeights
 WEIGHTS = WasteWeights(
     lost=0.6, touched=2.1, level=0.5, spread=0.0, younger=2.0, large_first=1.35, no_place=1.15,
     snug=0.3, near_mm=60.0, far_ends=True, level_mm=2.0, above=0.6, beside=0.3, shut_off=3.0,
+    room=0.4,
 )  # fmt: skip
 
 WEIGHTS_BY_VERTICES = replace(
@@ -41,4 +47,6 @@ def foresight(problem: Problem) -> Choice | None:
     """Choose as the module says; where it sees no move at all, as MPackLite does."""
     by_vertices = problem.engine.profile.min_vertices > 0
     own = WEIGHTS_BY_VERTICES if by_vertices else WEIGHTS
-    return best_plan(problem, problem.weights_or(own))
+    choices = len(problem.boxes) * len(problem.bins)
+    alike = max(FIRST_MOVES_ALIKE, -(-FIRST_MOVES // choices))
+    return best_plan(problem, problem.weights_or(own), alike)

@@ -4,8 +4,9 @@ Every allowed placement of every box of the look-ahead in every open bin has a *
 sum of what :class:`~pack_planner.algorithms.waste_weights.WasteWeights` lists. The look-ahead is
 packed virtually, one placement after another, always the one of least waste less a bonus for its
 size, so that large boxes go first where they fit as well. That is done once for each of the best
-first moves, the best of them first; the first move of the plan of least total waste is made. When
-the time is out, or as many bins were looked at as there are nodes, the plans made so far decide.
+first moves, the best of them first; the first move of the plan of least total waste is made. To
+that waste belongs what the plan as a whole leaves no room for, where that has a weight. When the
+time is out, or as many bins were looked at as there are nodes, the plans made so far decide.
 
 The parts are old: touching perimeter (Lodi, Martello, Vigo 1999, in two dimensions), least growth
 of the height map (Wang, Hauser 2019), rollouts (Tesauro, Galperin 1997; Bertsekas, Tsitsiklis, Wu:
@@ -27,12 +28,15 @@ from pack_planner.algorithms.waste_weights import WasteWeights
 FIRST_MOVES, FIRST_MOVES_ALIKE = 12, 3
 
 
-def best_plan(problem: Problem, weights: WasteWeights) -> Choice | None:
+def best_plan(
+    problem: Problem, weights: WasteWeights, alike: int = FIRST_MOVES_ALIKE
+) -> Choice | None:
     """The first move of the plan of least waste; where there is no move, as MPackLite does.
 
-    Sorting, box selection and constraints for efficient packing have no part in it.
+    Sorting, box selection and constraints for efficient packing have no part in it. ``alike`` is
+    how many of the first moves may be of one box in one bin.
     """
-    outlook = Outlook(problem, weights, FIRST_MOVES_ALIKE)
+    outlook = Outlook(problem, weights, alike)
     every = range(len(problem.boxes))
     moves = [move for target in outlook.bins for box in every for move in target.moves(every)[box]]
     firsts = sorted(moves, key=lambda move: move.rank)[:FIRST_MOVES]
@@ -58,13 +62,16 @@ def _played_out(
     """Waste of the whole look-ahead when ``first`` is the first move."""
     targets, left = list(bins), [box for box in range(boxes) if box != first.box]
     total, move = first.waste, first
-    while left:
+    while True:
         targets[move.bin_index] = targets[move.bin_index].after(move)
+        if not left:
+            break
         known = [target.moves(left) for target in targets]
         following = [moves[box][0] for moves in known for box in left if moves[box]]
         if not following:
-            return total + weights.no_place * len(left)
+            total += weights.no_place * len(left)
+            break
         move = min(following, key=lambda next_move: next_move.rank)
         left.remove(move.box)
         total += move.waste
-    return total
+    return total + weights.room * sum(target.room_taken() for target in targets)

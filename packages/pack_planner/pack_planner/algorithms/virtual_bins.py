@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from pack_msgs_py.orientation import ORIENTATIONS
 from pack_msgs_py.rules import may_enter
-from pack_msgs_py.values import Box, PlacedBox, Walls
+from pack_msgs_py.values import PlacedBox, Walls
 from pack_planner.algorithms.base import Problem
+from pack_planner.algorithms.sizes_to_come import SizesToCome, known_boxes
 from pack_planner.algorithms.waste_weights import WasteWeights
 from pack_planner.engine import BinModel, Candidate
 from pack_planner.engine.engine import REFUSED_RADIUS_MM
@@ -77,6 +78,7 @@ class Outlook:
             for box in problem.boxes
         ]
         self._rooms: dict[tuple[int, int, int], tuple[NDArray[np.float64], ...]] = {}
+        self._to_come = SizesToCome(problem, weights.mixed) if weights.room else None
         self._known: dict[tuple[int, frozenset[tuple[int, ...]]], VirtualBin] = {}
         self.bins = tuple(
             VirtualBin(self, index, model, frozenset())
@@ -158,6 +160,16 @@ class Outlook:
             ]
         return list(moves.values())
 
+    def closed_to(self, model: BinModel) -> float:
+        """For which share of the sizes to come it has no place, times such boxes that fill it.
+
+        0 where that has no weight, and where there are not walls all around.
+        """
+        if self._to_come is None or model.source.spec.walls is not Walls.CLOSED:
+            return 0.0
+        self.searches += 1
+        return self._to_come.without_room(model) * self._to_come.boxes_to_fill(model)
+
     def rooms(self, bin_size: tuple[int, int, int]) -> tuple[NDArray[np.float64], ...]:
         """What stays empty on average of room above and beside in a bin of ``bin_size``."""
         if bin_size not in self._rooms:
@@ -175,7 +187,7 @@ class Outlook:
         profile = self.problem.engine.profile
         extents = [
             size[:, axis]
-            for box in _known_boxes(self.problem)
+            for box in known_boxes(self.problem)
             for size in (turns_of(box, profile).sizes,)
             for axis in axes
         ]
@@ -185,12 +197,6 @@ class Outlook:
             each, shares, limit, ROOM_STEP_MM, self.weights.choices
         )
         return room
-
-
-def _known_boxes(problem: Problem) -> list[Box]:
-    """What can be said of the boxes to come: those that came last are like them."""
-    placed = [each.box for model in problem.bins for each in model.source.boxes]
-    return [*placed, *problem.boxes]
 
 
 class VirtualBin:
@@ -207,11 +213,24 @@ class VirtualBin:
         self, outlook: Outlook, index: int, model: BinModel, done: frozenset[tuple[int, ...]]
     ) -> None:
         self._outlook, self._moves = outlook, dict[int, list[Move]]()
+        self._closed_to: float | None = None
         self.index, self.model, self.done = index, model, done
 
     def after(self, move: Move) -> VirtualBin:
         """This bin with one more box."""
         return self._outlook.after(self, move)
+
+    def room_taken(self) -> float:
+        """How much the moves so far close the bin to boxes to come; see :class:`WasteWeights`."""
+        if not self.done:
+            return 0.0
+        return self.closed_to() - self._outlook.bins[self.index].closed_to()
+
+    def closed_to(self) -> float:
+        """See :meth:`Outlook.closed_to`."""
+        if self._closed_to is None:
+            self._closed_to = self._outlook.closed_to(self.model)
+        return self._closed_to
 
     def moves(self, boxes: Collection[int]) -> Mapping[int, list[Move]]:
         """The best moves of at least ``boxes``, by the number of the box, best first."""

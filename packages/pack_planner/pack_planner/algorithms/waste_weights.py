@@ -48,6 +48,11 @@ class WasteWeights:
     shut_off : where the front is open, for the room behind it, up to its top, that one sees from
         the front no more, over its own volume.
     choices : see above.
+    room : in bins with walls all around, for the share of the sizes to come, by volume, that find
+        no place any more once the whole plan is done, times the number of such boxes that have the
+        volume of the bin: what a box takes of that is about the same in a large bin and in a small
+        one. See :mod:`pack_planner.algorithms.sizes_to_come`.
+    mixed : how many mixtures of sizes stand beside each known box there.
     """
 
     lost: float
@@ -68,9 +73,11 @@ class WasteWeights:
     slender: float = 0.0
     shut_off: float = 0.0
     choices: float = 2.0
+    room: float = 0.0
+    mixed: int = 1
 
     def __post_init__(self) -> None:
-        for name in ('lost', 'hollow', 'above', 'beside', 'shut_off'):
+        for name in ('lost', 'hollow', 'above', 'beside', 'shut_off', 'room'):
             value = getattr(self, name)
             if not 0 <= value < math.inf:
                 msg = f'weight {name!r} is {value}; it must be 0 or more'
