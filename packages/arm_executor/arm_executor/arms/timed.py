@@ -2,7 +2,7 @@
 
 For dry runs, soaks, planner studies and tests. Reach and time are predicted as the arm in physics
 plans them (:mod:`arm_executor.motion.predictor`). Every box comes to rest exactly where it should,
-unless it is not what was scanned, or a fault is asked for.
+unless it or what lies beneath is not what was scanned, or a fault is asked for.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from arm_executor.arms.known_bins import BinContent, KnownBins
 from arm_executor.arms.prediction import PredictedCell
+from arm_executor.arms.sinking import sunk
 from arm_executor.arms.true_boxes import Truth, mismatch, missed_by_pad, true_rest
 from arm_executor.model.arm_interface import (
     FoundAt,
@@ -32,7 +33,7 @@ from arm_executor.motion.planned import PlannedMotion
 from arm_executor.motion.stances import GRIP_S, RELEASE_S
 from arm_executor.motion.timing import MotionLimits
 from pack_msgs_py.codes import ErrorCode, Phase
-from pack_msgs_py.geometry.pose import Pose
+from pack_msgs_py.geometry.pose import Pose, metres
 from pack_msgs_py.values import Bin, Box
 
 Array = NDArray[np.float64]
@@ -236,7 +237,9 @@ class TimedArm:
         contents = self._bins.poses[request.station]
         moved, code = 0.0, ErrorCode.NONE
         true = self._truth.find(request.box.id)
-        measured = request.target if true is None else true_rest(request, true)
+        measured = request.target
+        if true is not None:
+            measured = self._at_rest(true_rest(request, true), true.box, contents)
         if fault is ErrorCode.PLACED_OUT_OF_TOLERANCE:
             measured, code = _shifted(measured), fault
         elif fault is ErrorCode.OTHERS_DISTURBED and contents:
@@ -251,6 +254,12 @@ class TimedArm:
         return replace(
             _ended(code, text, spent), measured=measured, others=others, others_moved_m=moved
         )
+
+    def _at_rest(self, pose: Pose, box: Box, contents: Mapping[str, Pose]) -> Pose:
+        """Where ``box``, let go at ``pose``, comes to rest on what really lies beneath it."""
+        known = ((self._truth.find(box_id), at) for box_id, at in contents.items())
+        others = [(metres(true.box.size_mm), at) for true, at in known if true is not None]
+        return sunk(pose, metres(box.size_mm), others)
 
     def return_to_belt(self) -> bool:
         """The held box is back at the pick point at once."""
