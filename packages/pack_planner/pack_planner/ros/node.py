@@ -29,62 +29,45 @@ from __future__ import annotations
 import sys
 import time
 import uuid
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any, TypeVar
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.action import ActionClient
-from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.parameter import Parameter
 from std_msgs.msg import String
 from unique_identifier_msgs.msg import UUID  # type: ignore[import-untyped]
 
 from pack_msgs.action import PlaceBox
 from pack_msgs.msg import (
-    BinState,
-    BinStateArray,
-    BoxScan,
-    ExecutorState,
     PlacementDecision,
-    PlacementReport,
 )
-from pack_msgs.msg import BoxEvent as BoxEventMsg
 from pack_msgs.srv import SwapBin
-from pack_msgs_py.cell_values import Decision, Scan
-from pack_msgs_py.checks import check_length, check_name
+from pack_msgs_py.cell_values import Decision
 from pack_msgs_py.closing import ClosingReason
-from pack_msgs_py.codes import Mode
 from pack_msgs_py.one_source import new_session
 from pack_msgs_py.orientation import at_pick
 from pack_msgs_py.parameter_fields import check_value, parameter_fields
 from pack_msgs_py.picking import expected_pick
 from pack_msgs_py.ros import qos
 from pack_msgs_py.ros.conversions import (
-    bins_from_ros,
     closing_to_ros,
     decision_to_ros,
-    event_from_ros,
     placement_to_ros,
     pose_to_ros,
     report_from_ros,
-    scan_from_ros,
-    time_from_ros,
     time_to_ros,
 )
-from pack_msgs_py.ros.conversions.content import MOST_BINS
 from pack_msgs_py.ros.declare_parameters import declare_parameters
 from pack_msgs_py.ros.managed_node import NOT_ACTIVE, ManagedNode
 from pack_msgs_py.ros.run_node import run_node
 from pack_msgs_py.ros.sourced import PLANNER, SourcedPublisher, Sources
-from pack_msgs_py.ros.transforms import ScanFrames
 from pack_msgs_py.values import Bin, frame_name
 from pack_planner.coordination.alternatives import Planned, planned, quick
-from pack_planner.coordination.asking_again import AskingAgain
 from pack_planner.coordination.coordinator import Coordinator
-from pack_planner.coordination.inputs import Heartbeat, check_scan
 from pack_planner.coordination.negotiation import Asking
 from pack_planner.coordination.patience import Patience
 from pack_planner.coordination.planning_record import PlanningQuestion, record_of, record_to_json
@@ -96,17 +79,14 @@ from pack_planner.decision.policy import DecisionState
 from pack_planner.parameters import PlannerParameters, counted_node_s, settings
 from pack_planner.ros.asking import ArmAsker
 from pack_planner.ros.diagnostics import Diagnostics
+from pack_planner.ros.inputs import PlannerInputs
 
 STEP_PERIOD_S = 0.1
-#: Without a scan or a heartbeat for so long it is subscribed to anew: the middleware may have lost
-#: who sends it.
-LATE_S = 3.0
 #: Number of the job that only warms up; decisions count from 1.
 WARM_UP = 0
 #: Longest that a stopping node waits for a computation that cannot be interrupted.
 STOP_TIMEOUT_S = 1.0
 
-M = TypeVar('M')
 Result = tuple[int, 'Planned | None', str]
 
 
@@ -124,9 +104,6 @@ class PlannerNode(ManagedNode):
 
     def make(self) -> None:
         """Everything that hears, decides and tells."""
-        self._scan: Scan | None = None
-        self._frames = ScanFrames(self, self.parameters.frame_prefix)
-        self._known_bins: dict[str, Bin] = {}
         self._planner: Planner | None = None
         self._follower: Planner | None = None
         self._guard = self.create_guard_condition(self._fetch)
@@ -150,20 +127,7 @@ class PlannerNode(ManagedNode):
         self._swap_bin = self.create_client(SwapBin, 'swap_bin')
         self._asker = ArmAsker(self, self.coordinator.on_checked)
         self._diagnostics = Diagnostics(self, self.coordinator.doing)
-        self._listen(
-            PlacementReport,
-            'placement_report',
-            lambda msg: self.coordinator.on_report(report_from_ros(msg)),
-        )
-        self._listen(
-            BoxEventMsg, 'box_event', lambda msg: self.coordinator.on_event(event_from_ros(msg))
-        )
-        self._hear_arm()
-        self._bins_subscription = self._listen(BinStateArray, 'bin_state', self._on_bins)
-        self._scan_subscription = self._listen(BoxScan, 'box_scan', self._on_scan)
-        self._scanned_s = self._beaten_s = time.monotonic()
-        self._bins_again, self._scan_again, self._arm_again = (AskingAgain() for _ in range(3))
-        self._refresh_wanted = False
+        self._inputs = PlannerInputs(self, self.coordinator, self._sources, p.frame_prefix)
         self.create_timer(STEP_PERIOD_S, self._tick)
         self._hold(quiet=True)
         self.get_logger().info(
@@ -184,107 +148,8 @@ class PlannerNode(ManagedNode):
         """Stop computing; whether the computation that was running has ended."""
         return self.release()
 
-    # --- inputs ------------------------------------------------------------------------------
-
-    def _listen(
-        self,
-        kind: type[M],
-        topic: str,
-        take: Callable[[M], None],
-        events: SubscriptionEventCallbacks | None = None,
-    ) -> Any:  # noqa: ANN401 - rclpy's subscription is generic only in later releases
-        """Subscribe; what cannot be used is reported and costs nothing else."""
-
-        def receive(msg: M) -> None:
-            try:
-                take(msg)
-            except ValueError as error:
-                self.get_logger().error(f'{topic} ignored: {error}', throttle_duration_sec=5.0)
-
-        return self.create_subscription(
-            kind,
-            topic,
-            self._sources.checked(topic, receive),
-            qos.heard(topic),
-            event_callbacks=events,
-        )
-
-    def _hear_arm(self) -> None:
-        self._arm_subscription = self._listen(
-            ExecutorState, 'executor_state', self._on_heartbeat, self._death_events()
-        )
-
-    def _death_events(self) -> SubscriptionEventCallbacks:
-        """The QoS events that tell of a dead or hung executor."""
-
-        def liveliness(event: Any) -> None:  # noqa: ANN401 - rclpy's event has no public type
-            if event.alive_count == 0:
-                self.coordinator.on_executor_lost()
-
-        def deadline(event: Any) -> None:  # noqa: ANN401 - as above
-            self.get_logger().warning('the heartbeat of the arm is late', throttle_duration_sec=5.0)
-
-        return SubscriptionEventCallbacks(
-            liveliness=liveliness, deadline=deadline, use_default_callbacks=False
-        )
-
-    def _on_scan(self, msg: BoxScan) -> None:
-        self._scanned_s = time.monotonic()
-        scan, errors = scan_from_ros(msg)
-        for error in errors:
-            self.get_logger().error(f'box left out: {error}', throttle_duration_sec=5.0)
-        scan = self._frames.in_cell(check_scan(scan, self._now_s()))
-        self._scan = scan
-        self.coordinator.on_scan(scan, len(errors))
-
-    def _on_bins(self, msg: BinStateArray) -> None:
-        """Convert only bins that changed: a full bin is the largest message of the cell."""
-        check_length('bin_state', msg.bins, MOST_BINS)
-        changed = [state for state in msg.bins if not self._is_known(state)]
-        known = [state for state in msg.bins if self._is_known(state)]
-        array = BinStateArray(header=msg.header, revision=msg.revision, bins=changed)
-        snapshot = bins_from_ros(array)
-        bins = (*snapshot.bins, *(self._known_bins[state.bin_id] for state in known))
-        self._known_bins = {target.id: target for target in bins}
-        ordered = tuple(sorted(bins, key=lambda target: target.serial))
-        self.coordinator.on_bins(replace(snapshot, bins=ordered))
-
-    def _is_known(self, msg: BinState) -> bool:
-        known = self._known_bins.get(msg.bin_id)
-        return (
-            known is not None
-            and msg.status == BinState.STATUS_OPEN
-            and (known.serial, known.revision) == (msg.serial, msg.revision)
-        )
-
-    def _on_heartbeat(self, msg: ExecutorState) -> None:
-        self._beaten_s = time.monotonic()
-        self.coordinator.on_heartbeat(
-            Heartbeat(
-                Mode(msg.mode),
-                check_name('active_box_id', msg.active_box_id),
-                time_from_ros(msg.header.stamp),
-            )
-        )
-
     def _tick(self) -> None:
-        now_s = time.monotonic()
-        if self._bins_again.due(missing=self.coordinator.lacks_bins, now_s=now_s):
-            self._refresh_wanted = True
-        if self._arm_again.due(missing=now_s - self._beaten_s > LATE_S, now_s=now_s):
-            self.destroy_subscription(self._arm_subscription)
-            self._sources.heard_again('executor_state')
-            self._hear_arm()
-        if self._scan_again.due(missing=now_s - self._scanned_s > LATE_S, now_s=now_s):
-            self.destroy_subscription(self._scan_subscription)
-            self._sources.heard_again('box_scan')
-            self._scan_subscription = self._listen(BoxScan, 'box_scan', self._on_scan)
-        if self._refresh_wanted:
-            self._refresh_wanted = False
-            self._known_bins.clear()
-            self.destroy_subscription(self._bins_subscription)
-            self._sources.heard_again('bin_state')
-            self._bins_subscription = self._listen(BinStateArray, 'bin_state', self._on_bins)
+        self._inputs.look()
         self._hold()
         self.coordinator.step()
 
@@ -383,7 +248,7 @@ class PlannerNode(ManagedNode):
         goal.pick_pose.header.stamp = self.get_clock().now().to_msg()
         rule = settings(self.parameters).profile.orientations
         lies = at_pick(decision.orientation, rule)
-        pick = expected_pick(pick_pose(decision.box, lies), decision.box.id, self._scan)
+        pick = expected_pick(pick_pose(decision.box, lies), decision.box.id, self._inputs.scan)
         goal.pick_pose.pose = pose_to_ros(pick)
         goal.deadline = time_to_ros(self._now_s() + self.parameters.deadline_s - unhidden_s)
         if not self._action.server_is_ready():
@@ -408,7 +273,9 @@ class PlannerNode(ManagedNode):
 
     def check(self, number: int, candidates: Sequence[Decision], enough_s: float) -> None:
         """Call `check_placements`."""
-        frames = {target.id: frame_name(target.station) for target in self._known_bins.values()}
+        frames = {
+            target.id: frame_name(target.station) for target in self._inputs.known_bins.values()
+        }
         self._asker.ask(number, candidates, frames, enough_s)
 
     def closing(self, reason: ClosingReason) -> None:
@@ -429,7 +296,7 @@ class PlannerNode(ManagedNode):
 
     def refresh_bins(self) -> None:
         """Subscribe to `bin_state` anew: that brings the current one for sure."""
-        self._refresh_wanted = True
+        self._inputs.refresh_bins()
 
     def info(self, text: str) -> None:
         """Log for the operator."""
