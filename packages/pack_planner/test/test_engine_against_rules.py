@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from planner_cases import SMALL, Engines, coarse, random_bin, random_box
 
+from pack_msgs_py.geometry.taken_up import taken_up
 from pack_msgs_py.orientation import ORIENTATIONS, allowed_orientations
 from pack_msgs_py.profiles import PROFILES, planned_size
 from pack_msgs_py.rules import violations
@@ -67,8 +68,9 @@ def scan_everything(engine, box, bins, zones=()):
     return best
 
 
-def assert_same(engine, box, bins, zones=()):
-    expected = scan_everything(engine, box, bins, zones)
+def assert_same(engine, box, bins, zones=(), scanned=None):
+    """``scanned`` are the bins as the slow rules see them, where that is not as the engine does."""
+    expected = scan_everything(engine, box, scanned or bins, zones)
     candidate = engine.best_placement(
         box, [engine.model(target) for target in bins], lambda _box, _bin: tuple(zones)
     )
@@ -105,6 +107,25 @@ def test_best_placement_is_the_argmin_over_every_position(name, seed, count):
     bins = [random_bin(engine, rng, count, 'bin-1'), random_bin(engine, rng, count // 2, 'bin-2')]
     for trial in range(2):
         assert_same(engine, random_box(rng, f'new-{trial}'), bins)
+
+
+@pytest.mark.parametrize('name', ['paper', 'dense-any'])
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(seed=st.integers(0, 10**6), count=st.integers(1, 10))
+def test_boxes_that_stick_out_of_their_places_have_room_where_they_were_measured(name, seed, count):
+    engine = ENGINES[name]
+    rng = random.Random(seed)
+    target = random_bin(engine, rng, count)
+    shifted = []
+    for placed in target.boxes:
+        x, y = (placed.corner_mm[axis] + placed.size_mm[axis] / 2 for axis in (0, 1))
+        off = (rng.uniform(-30, 30), rng.uniform(-30, 30)) if rng.random() < 0.5 else (0.0, 0.0)
+        centre = (x + off[0], y + off[1], placed.top_mm - placed.size_mm[2] / 2)
+        shifted.append(replace(placed, measured_mm=centre))
+    measured = replace(target, boxes=tuple(shifted), revision=target.revision + 100)
+    step = engine.profile.resolution_mm
+    grown = replace(measured, boxes=taken_up(measured.boxes, measured.spec, step))
+    assert_same(engine, random_box(rng, 'new'), [measured], scanned=[grown])
 
 
 @pytest.mark.parametrize('name', ['paper', 'cell'])

@@ -19,8 +19,9 @@ from pack_msgs_py.geometry.polygon import overlap
 from pack_msgs_py.geometry.pose import Pose, Quaternion, rotation_matrix
 from pack_msgs_py.geometry.resting import measured_top_mm, rest_height_mm, with_measured
 from pack_msgs_py.profiles import Profile
-from pack_msgs_py.rules import centre_of_mass, violations
+from pack_msgs_py.rules import centre_of_mass
 from pack_msgs_py.statics import Bearing, supporters
+from pack_msgs_py.validator import broken_rules
 from pack_msgs_py.values import Bin, PlacedBox, Vec3
 
 #: A box may be turned so far from the orientation that was planned.
@@ -42,7 +43,7 @@ def placement_errors(decision: Decision, target: Bin, profile: Profile) -> list[
     stands firmly by what was measured.
     """
     placed, boxes = placed_of(decision), target.boxes
-    broken = violations(placed, boxes, target.spec, profile, target.destination)
+    broken = broken_rules(placed, boxes, target.spec, profile, target.destination)
     return [
         *map(str, broken),
         *commanded_pose_errors(placed, decision.target, profile, boxes),

@@ -38,6 +38,9 @@ _COLLOCATION = constraint.DiscretizationType.Collocation
 _PROBE, _MAX_STRETCH = 0.005, 2.0
 #: Grid points of the parametrisation for each sample of the path, and the least and most.
 _GRID_SHARE, _GRID_MIN, _GRID_MAX = 1.0, 40, 160
+#: With more stretching than this it is tried once more with so many times the grid points: at a
+#: sharp corner limits are passed between two points, and all of the motion would pay for it.
+_STRETCHED, _FINER = 1.02, 3
 
 
 @dataclass(frozen=True)
@@ -136,6 +139,24 @@ class Timing:
         # Samples are evenly spaced along a smooth curve: their index is a smooth parameter.
         path = toppra.SplineInterpolator(np.linspace(0.0, 1.0, len(q)), q)
         count = int(np.clip(len(q) * _GRID_SHARE, _GRID_MIN, _GRID_MAX))
+        found = self._paced(path, load, count)
+        if found is None or found[1] > _STRETCHED:
+            finer = self._paced(path, load, _FINER * count)
+            found = min(filter(None, (found, finer)), key=_seconds, default=None)
+        if found is None or found[1] > _MAX_STRETCH:
+            return None
+        pace, slower = found
+        slower /= share
+        duration = pace.duration * slower
+        samples = max(2, math.ceil(duration / period) + 1)
+        times = np.minimum(np.arange(samples) * period, duration)
+        q, qd, qdd = joint_motion(path, pace, times / slower)
+        return Trajectory(times, q, qd / slower, qdd / slower**2)
+
+    def _paced(
+        self, path: toppra.SplineInterpolator, load: Load | None, count: int
+    ) -> tuple[Pace, float] | None:
+        """The fastest pace along ``path`` on ``count`` points, and how much it is stretched."""
         solver = algorithm.TOPPRA(
             self._loaded_with(load).constraints,
             path,
@@ -152,15 +173,7 @@ class Timing:
         slower = 1.0
         if self.max_jerk is not None:
             pace, slower = smoothed(path, profile, self.max_jerk)
-        slower = max(slower, self._stretch(pace, path, self._loaded_with(load).model))
-        if slower > _MAX_STRETCH:
-            return None
-        slower /= share
-        duration = pace.duration * slower
-        samples = max(2, math.ceil(duration / period) + 1)
-        times = np.minimum(np.arange(samples) * period, duration)
-        q, qd, qdd = joint_motion(path, pace, times / slower)
-        return Trajectory(times, q, qd / slower, qdd / slower**2)
+        return pace, max(slower, self._stretch(pace, path, self._loaded_with(load).model))
 
     def _stretch(
         self, pace: Pace, path: toppra.SplineInterpolator, model: pinocchio.Model
@@ -322,6 +335,11 @@ class _Profile:
         speed = self.speeds[piece] + acceleration * since
         s = self.grid[piece] + self.speeds[piece] * since + acceleration * since * since / 2
         return np.clip(s, 0.0, 1.0), speed, acceleration
+
+
+def _seconds(found: tuple[Pace, float]) -> float:
+    pace, slower = found
+    return pace.duration * slower
 
 
 def _both_ways(limit: Array) -> Array:

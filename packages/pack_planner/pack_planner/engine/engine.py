@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from pack_msgs_py.geometry.taken_up import taken_up
 from pack_msgs_py.orientation import ORIENTATIONS
 from pack_msgs_py.profiles import Profile, planned_size
 from pack_msgs_py.rules import may_enter, violations
@@ -98,7 +99,8 @@ class Engine:
         self._warm_up()
 
     def model(self, source: Bin) -> BinModel:
-        """The model of ``source``, built once per content."""
+        """The model of ``source``, built once per content, with boxes where they were measured."""
+        source = self._as_measured(source)
         key = (source.id, source.revision)
         model = self._models.pop(key, None)
         if model is None or _content(model.source) != _content(source):
@@ -107,6 +109,11 @@ class Engine:
         while len(self._models) > _MODELS_KEPT:
             del self._models[next(iter(self._models))]
         return model
+
+    def _as_measured(self, source: Bin) -> Bin:
+        boxes = taken_up(source.boxes, source.spec, self.profile.resolution_mm)
+        same = all(new is old for new, old in zip(boxes, source.boxes, strict=True))
+        return source if same else replace(source, boxes=boxes)
 
     def _build(self, source: Bin) -> BinModel:
         old = self._models.get((source.id, source.revision - 1))
@@ -208,7 +215,8 @@ class Engine:
     def broken_rules(self, candidate: Candidate, target: Bin) -> str:
         """What :mod:`pack_msgs_py.rules` says against a placement; empty when nothing."""
         placed = candidate.placed
-        broken = violations(placed, target.boxes, target.spec, self.profile, target.destination)
+        others = self._as_measured(target).boxes
+        broken = violations(placed, others, target.spec, self.profile, target.destination)
         return '; '.join(str(violation) for violation in broken)
 
     def _search(
