@@ -184,7 +184,8 @@ def test_a_placement_may_rest_on_tops_as_they_were_measured_but_nowhere_else():
         return commanded_pose_errors(placed_of(decision), target, profile, [below])
 
     assert errors(0.0) == errors(3.0) == []
-    assert len(errors(5.0)) == len(errors(-2.0)) == 1
+    assert errors(9.0) == errors(-6.0) == []
+    assert len(errors(11.0)) == len(errors(-8.0)) == 1
 
 
 def test_a_placement_may_be_where_planner_and_executor_expect_it_to_rest():

@@ -22,8 +22,9 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
 from arm_executor.model.kinematics import CellKinematics
-from arm_executor.model.layout import Layout, bin_frame
+from arm_executor.model.layout import bin_frame
 from arm_executor.model.robot_data import ROBOTS
+from arm_executor.reach.layout_file import default_layout
 from arm_executor.ros.markers import MarkerNumbers
 from arm_executor.ros.node import ArmExecutor
 from arm_executor.ros.views import REST_PERIOD_S, velocities
@@ -100,7 +101,8 @@ def test_transforms_lead_to_the_pad_and_to_the_bins(start, robot):
     bench.show(box, presented=box.id)
     _, result = bench.place(make_decision(box))
     assert result.error_code == ErrorCode.NONE, result.error_msg
-    kinematics, layout = CellKinematics(ROBOTS[robot], Layout(robot=robot)), Layout()
+    layout = default_layout(robot)
+    kinematics = CellKinematics(ROBOTS[robot], layout)
     states.wait(lambda messages: len(messages) > 3)
     places = set()
     for state in states.messages:
