@@ -34,12 +34,12 @@ from arm_executor.motion.path import (
 from arm_executor.motion.planned import PlannedMotion
 from arm_executor.motion.stances import Stance, find_stances
 from arm_executor.motion.swing import Obstacles
-from arm_executor.motion.task import Site, Task, hover_point, make_task
+from arm_executor.motion.task import Site, Task, hover_point, largest, make_task
 from arm_executor.motion.template import PathStyle, find_way, nearest
 from arm_executor.motion.timing import Load, MotionLimits, Timing, Trajectory, joined
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.geometry.pose import Pose, metres, stands_upright
-from pack_msgs_py.values import Box, Vec3
+from pack_msgs_py.values import Vec3
 
 Array = NDArray[np.float64]
 
@@ -154,7 +154,7 @@ class MotionPlanner:
         try:
             for name, (box, pose) in belt.items():
                 world.set_box(name, metres(box.size_mm), pose)
-            world.hold(_at_most(request.box, task.size), f'box {request.box.id}')
+            world.hold(largest(request.box, task.size), f'box {request.box.id}')
             return self._quickest(request, task, start, stances, likely)
         finally:
             world.drop()
@@ -395,10 +395,3 @@ class MotionPlanner:
     def _every(self, trajectory: Trajectory) -> Array:
         every = max(1, int(CHECK_PERIOD / self._period))
         return np.vstack([trajectory.q[::every], trajectory.q[-1:]])
-
-
-def _at_most(box: Box, size: Vec3) -> Vec3:
-    """``size`` of ``box`` with one standard deviation of the scanner on its sides."""
-    length, breadth, height = size
-    along, across, _ = metres(box.size_stddev_mm)
-    return (length + along, breadth + across, height)

@@ -14,7 +14,7 @@ from arm_executor.model.layout import BinFrame, Layout, bin_blocks
 from arm_executor.motion.swing import CLEAR
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.geometry.pose import Pose, metres, stands_upright, yaw_of
-from pack_msgs_py.values import BinSpec, Vec3, Walls
+from pack_msgs_py.values import BinSpec, Box, Vec3, Walls
 
 #: The box is let go this far above what it stands on.
 DROP = 0.0005
@@ -129,6 +129,13 @@ def make_task(request: PlaceRequest, site: Site, layout: Layout) -> Task:
         over=max(rim, layout.conveyor.top_z, bottom) + CLEAR + size[2],
         front=front,
     )
+
+
+def largest(box: Box, size: Vec3) -> Vec3:
+    """``size`` of ``box`` with one standard deviation of the scanner on its sides."""
+    length, breadth, height = size
+    along, across, _ = metres(box.size_stddev_mm)
+    return (length + along, breadth + across, height)
 
 
 def _front(site: Site, layout: Layout) -> OpenFront:
