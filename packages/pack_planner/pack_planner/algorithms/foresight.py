@@ -5,16 +5,17 @@ often flush with what lies beyond: so the far ends count too. The waste of a pla
 (:mod:`pack_planner.algorithms.play_out`) is here
 
     0.6 lost / volume - 2.1 touched - 0.5 level - 0.3 snug + 0.6 above + 0.3 beside
-    + 3 shut off + 2 (bins older than its own)
+    + 3 shut off + 0.5 (bins older than its own)
 
 where ``level`` are tops that differ by no more than 2 mm, ``snug`` is the share of the sides that
 have a gap below 60 mm, and ``above`` and ``beside`` are room that the boxes in sight would leave
 empty, over the volume of the box. What is ``shut off`` is room behind it in a cage, which an arm
 that comes through the open front would reach no more.
 
-To the waste of a plan as a whole it adds, for each bin with walls all around, 0.4 of the share of
+Where one bin with walls all around is open, the waste of a plan as a whole has 0.4 of the share of
 the sizes to come that find no place there any more, times the number of such boxes that fill a bin
-(:mod:`pack_planner.algorithms.sizes_to_come`): a bin into which nothing fits is closed.
+(:mod:`pack_planner.algorithms.sizes_to_come`): a bin into which nothing fits is closed. With more
+bins what does not fit into one fits into another, and the term costs a point or two.
 
 docs/benchmarks/foresight.md has what each of these is worth. Where corners must rest on tops, the
 weights of `rollout` take the place of those that it has too.
@@ -32,7 +33,7 @@ from pack_planner.algorithms.virtual_bins import SEARCH_S
 from pack_planner.algorithms.waste_weights import WasteWeights
 
 WEIGHTS = WasteWeights(
-    lost=0.6, touched=2.1, level=0.5, spread=0.0, younger=2.0, large_first=1.35, no_place=1.15,
+    lost=0.6, touched=2.1, level=0.5, spread=0.0, younger=0.5, large_first=1.35, no_place=1.15,
     snug=0.3, near_mm=60.0, far_ends=True, level_mm=2.0, above=0.6, beside=0.3, shut_off=3.0,
     room=0.4,
 )  # fmt: skip
@@ -47,6 +48,8 @@ def foresight(problem: Problem) -> Choice | None:
     """Choose as the module says; where it sees no move at all, as MPackLite does."""
     by_vertices = problem.engine.profile.min_vertices > 0
     own = WEIGHTS_BY_VERTICES if by_vertices else WEIGHTS
+    if len(problem.bins) > 1:
+        own = replace(own, room=0.0)
     choices = len(problem.boxes) * len(problem.bins)
     alike = max(FIRST_MOVES_ALIKE, -(-FIRST_MOVES // choices))
     return best_plan(problem, problem.weights_or(own), alike)
