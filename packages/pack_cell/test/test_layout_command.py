@@ -8,8 +8,8 @@ import pytest
 pytest.importorskip('pybullet')
 pytest.importorskip('toppra')
 
-from arm_executor.model.layout import Layout
-from arm_executor.reach.layout_file import find_layout, load_layout
+from arm_executor.model.layout import Layout, Rail
+from arm_executor.reach.layout_file import default_layout, find_layout, load_layout
 from arm_executor.reach.reach import probe_places
 from pack_cell.cli import main
 from pack_cell.layout.verdict import judge
@@ -22,7 +22,7 @@ def test_printed_layout_is_a_file_that_can_be_read_again(capsys, tmp_path):
     assert main(['layout', '--robot', 'ur30']) == 0
     path = tmp_path / 'layout.yaml'
     path.write_text(capsys.readouterr().out)
-    assert load_layout(path) == Layout(robot='ur30')
+    assert load_layout(path) == default_layout('ur30')
 
 
 def test_check_prints_a_row_for_each_station_and_draws_a_picture(capsys, tmp_path):
@@ -61,9 +61,9 @@ def test_short_arm_in_its_own_layout_packs_small_bins(robot):
 
 
 def test_share_below_the_threshold_is_refused_with_both_shares(capsys):
-    options = ['--bin', 'RC', '--samples', '0', '--least', '99']
+    options = ['--robot', 'ur30', '--bin', 'PAL', '--samples', '0', '--least', '99']
     assert main(['layout', '--check', *options]) == 1
-    assert 'reaches 94% of bin A (RC), at least 99% are needed' in capsys.readouterr().out
+    assert 'reaches 63% of bin A (PAL), at least 99% are needed' in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
@@ -114,7 +114,8 @@ def test_places_cover_the_bin_every_ten_centimetres_from_wall_to_wall():
 
 
 def test_floor_of_a_deep_bin_is_in_reach_of_the_joints_but_behind_its_wall():
-    verdict = judge(Layout(), parse_bin('80x80x160'), samples=0, least=0.0)
+    low = Layout(rail=Rail(base_height=1.30))
+    verdict = judge(low, parse_bin('80x80x160'), samples=0, least=0.0)
     station = verdict.stations[0]
     floor = station.places[:, 2] < 0.2
     assert not station.free[floor].any()

@@ -220,6 +220,7 @@ class Viewer(Node):
     def _show_text(self) -> None:
         """What is cheap, and whether anybody looks: all else is done only then."""
         self.page.refresh_state()
+        self._pass_on()  # a wake-up may be missed
         if self._finishing_until_s:
             self._close_bins_of_the_shift()
         if self.page.watched is not self._seen:
