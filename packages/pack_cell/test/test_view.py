@@ -36,7 +36,7 @@ from pack_cell.view.scene import LAST, NEXT, Batch, drawn_cell
 from pack_cell.view.side import alarms_html, figures_html, lately_html, why_html, why_lines
 from pack_cell.watching.cell_watch import HEARTBEAT_SILENCE_S, CellWatch
 from pack_msgs_py.alarms import Alarm
-from pack_msgs_py.cell_values import RunnerUp
+from pack_msgs_py.cell_values import BinSnapshot, RunnerUp
 from pack_msgs_py.codes import (
     BoxEventKind,
     Condition,
@@ -101,6 +101,21 @@ def test_a_cell_that_falls_silent_is_a_fault_and_no_longer_runs():
 def test_without_any_node_the_page_says_where_it_listens_and_how_to_start_a_cell():
     banner = CellView(CellWatch(Clock()), domain=42).banner()
     assert '42' in banner.now and 'cell run' in banner.action
+
+
+def test_a_bin_that_is_held_stands_on_until_it_is_closed():
+    """It may not be filled, so that the arm does not say it any more; a person releases it."""
+    first, second = (Bin(f'LDC-{n}', n, parse_bin('LDC'), (), s) for n, s in ((1, 'A'), (2, 'B')))
+    view = new_view()
+    view.on_bins(BinSnapshot(1, 1.0, (first, second)))
+    view.on_bins(BinSnapshot(2, 2.0, (second,)))
+    assert view.bins == (first, second)
+    after = replace(first, id='LDC-3', serial=3)
+    view.on_bins(BinSnapshot(3, 3.0, (second, after)))
+    assert view.bins == (second, after)
+    view.on_bins(BinSnapshot(4, 4.0, (after,)))
+    view.on_closed(second)
+    assert view.bins == (after,)
 
 
 def test_the_end_of_the_stream_is_no_waiting_for_boxes():

@@ -70,12 +70,15 @@ class CellView:
         self._changed()
 
     def on_bins(self, snapshot: BinSnapshot) -> None:
-        """These bins stand in the cell."""
-        self.bins = snapshot.bins
+        """These bins may be filled; one that was there and was not closed is held and stays."""
+        stations = {standing.station for standing in snapshot.bins}
+        held = [known for known in self.bins if known.station not in stations]
+        self.bins = tuple(sorted((*snapshot.bins, *held), key=lambda standing: standing.serial))
         self._changed()
 
     def on_closed(self, closed: Bin) -> None:
         """A bin was taken away."""
+        self.bins = tuple(known for known in self.bins if known.id != closed.id)
         self.figures.add_closed(closed)
         self.text_changes += 1
 
