@@ -62,7 +62,7 @@ def _played_out(
     """Waste of the whole look-ahead when ``first`` is the first move."""
     targets, left = list(bins), [box for box in range(boxes) if box != first.box]
     total, move = first.waste, first
-    while True:
+    while left or weights.room:
         targets[move.bin_index] = targets[move.bin_index].after(move)
         if not left:
             break
