@@ -23,6 +23,7 @@ from rclpy.signals import SignalHandlerOptions
 from pack_cell.report.record import RunRecord
 from pack_cell.report.run_log import RunLog
 from pack_cell.ros.cell_monitor import CellMonitor
+from pack_cell.watching.cell_watch import CellWatch
 from pack_msgs.msg import (
     BinState,
     BinStateArray,
@@ -179,6 +180,11 @@ class SteppedRecorder:
         if scan is not None:
             self._monitor.watch.on_scan(len(scan.boxes), scan.remaining)
         return self._monitor.state
+
+    @property
+    def watch(self) -> CellWatch:
+        """What each node of the cell has said last."""
+        return self._monitor.watch
 
     def listen(self, seconds: float) -> None:
         """Handle one message, or return after ``seconds``."""

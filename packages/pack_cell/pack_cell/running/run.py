@@ -36,10 +36,11 @@ from pack_cell.running.kept_run import FILE_NAME, KeptRun, is_begun
 from pack_cell.running.memory import MemoryWatch
 from pack_cell.running.node_commands import RECORDER, node_specs, write_parameters
 from pack_cell.running.ros_domain import DomainLock, DomainTaken, hold_domain, loopback_trouble
+from pack_cell.running.start_up import START_PATIENCE_S, StartUp
 from pack_cell.running.supervisor import Supervisor
 from pack_cell.running.viewing import PageProcess
 from pack_msgs_py.cell_state import CellState
-from pack_msgs_py.codes import Condition
+from pack_msgs_py.codes import Condition, Mode
 from pack_msgs_py.one_source import NAMED_SOURCES
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.signals import signal_name
@@ -301,6 +302,13 @@ class RunWatch:
         self._measured_s = -math.inf
         self._last_change = time.monotonic()
         self._decided = False
+        self._start_up = StartUp(self.supervisor.started_s, self._heard_s, self._mode)
+
+    def _heard_s(self, node: str) -> float:
+        return -math.inf if self._recorder is None else self._recorder.watch.heard_s(node)
+
+    def _mode(self) -> Mode | None:
+        return None if self._recorder is None else self._recorder.watch.mode
 
     def until_done(self, display: RunDisplay, known: BooksOfBins) -> RunEnding:
         """Spin the recorder and mind the nodes; return how it ended.
@@ -353,6 +361,9 @@ class RunWatch:
             display.say(f'       {death}; started again', 'red')
         self._measure()
         state = self._heed_operator(display)
+        late = self._coming_up(display, state)
+        if late:
+            return RunEnding(EXIT_STALLED, late)
         idle = time.monotonic() - self._last_change
         if idle > DRAINED_S and self._drained(state):
             return RunEnding(EXIT_OK, f'{state.summary} {self._left()} were not fed')
@@ -364,6 +375,23 @@ class RunWatch:
             self.supervisor.tell(RECORDER, signal.SIGUSR2)
             return RunEnding(EXIT_STALLED, f'nothing has happened for {idle:.0f} s, {self._why()}')
         return None
+
+    def _coming_up(self, display: RunDisplay, state: CellState) -> str:
+        """Hold the clock of the stall while a node comes up; which one does not, else empty."""
+        now_s = time.monotonic()
+        if not self._start_up.coming(now_s):
+            return ''
+        self._last_change = now_s
+        if news := self._start_up.news(now_s):
+            display.say(f'       {news}', 'yellow')
+        patience_s = max(START_PATIENCE_S, self.options.stall_timeout_s)
+        late = self._start_up.given_up(now_s, patience_s, state)
+        if not late:
+            return ''
+        self.supervisor.tell(RECORDER, signal.SIGUSR2)
+        trouble = loopback_trouble() if self.record.scan is None else ''
+        why = trouble or f'their logs are in {self.folder / "log"}'
+        return '; '.join(filter(None, [late, why, full_disk(self.folder)]))
 
     def _drained(self, state: CellState) -> bool:
         """Whether an operator has drained the belt, and nothing is left to be packed."""
@@ -387,9 +415,6 @@ class RunWatch:
 
     def _why(self) -> str:
         """What is known of a stall."""
-        if self.record.scan is None:
-            trouble = loopback_trouble() or f'their logs are in {self.folder / "log"}'
-            return f'and no node was heard at all: {trouble}'
         left = f'{self.record.supplied - self.record.settled} boxes have not come to an end'
         return '; '.join(filter(None, [left, full_disk(self.folder)]))
 

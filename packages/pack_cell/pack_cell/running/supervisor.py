@@ -106,6 +106,10 @@ class Supervisor:
         """Process id of each node that runs, by name."""
         return {name: running.process.pid for name, running in self._running.items()}
 
+    def started_s(self) -> dict[str, float]:
+        """When the process of each node that runs was started, by name; steady seconds."""
+        return {name: running.since_s for name, running in self._running.items()}
+
     def poll(self) -> list[NodeDeath]:
         """Reap nodes that ended unasked; start them again if ``respawn`` is set.
 

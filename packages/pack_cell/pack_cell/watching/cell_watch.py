@@ -142,15 +142,15 @@ class CellWatch:
 
     # -- nodes ----------------------------------------------------------------------------------
 
-    def _silent_s(self, name: str, now_s: float) -> float:
-        """How long nothing has been heard of a node; infinite when nothing ever was."""
+    def heard_s(self, name: str) -> float:
+        """When a node was heard last, by the clock; minus infinity when it never was."""
         heard = [self._nodes[name].heard_s] if name in self._nodes else []
         if name == ARM_EXECUTOR and self._arm is not None:
             heard.append(self._arm.heard_s)
-        return now_s - max(heard, default=-math.inf)
+        return max(heard, default=-math.inf)
 
     def _node(self, name: str, now_s: float) -> NodeState:
-        silent_s = self._silent_s(name, now_s)
+        silent_s = now_s - self.heard_s(name)
         if math.isinf(silent_s):
             return NodeState(name, state='not heard')
         if silent_s > (HEARTBEAT_SILENCE_S if name == ARM_EXECUTOR else SILENCE_S):
