@@ -17,7 +17,8 @@ from dataclasses import dataclass, field
 
 #: A node does not send more messages on a topic, and nobody misses more of them in a row.
 MOST_SAID, MOST_MISSED = 10**10, 10_000
-#: Set in the environment of nodes whose peers all say when they started, as those of `cell run` do.
+#: Set in the environment of nodes whose peers all say when they started, as those of `cell run` do:
+#: the session of the run, which is older than theirs.
 NAMED_SOURCES = 'PACK_CELL_NAMED_SOURCES'
 #: No session is older: nanoseconds since the epoch of the first day of 2020.
 EARLIEST = 1_577_836_800_000_000_000
@@ -54,8 +55,9 @@ class OneSource:
     silent_s : a node that speaks regularly is dead when it has been silent for so long, seconds;
         0 for one that does not: then the newest session is believed at once. Infinite with ``own``.
     own : the session of who listens, when these are its own streams.
-    named : leave what does not say when it started. A retained message of a stranger may be the
-        first that a node hears, and there is nothing yet that it could be compared with.
+    since : no session that began before this one is believed; 0 where a node need not even say
+        when it started. A retained message of a stranger may be the first that a node hears, and
+        there is nothing yet that it could be compared with.
     """
 
     def __init__(
@@ -64,9 +66,9 @@ class OneSource:
         silent_s: float = 0.0,
         own: int | None = None,
         *,
-        named: bool = False,
+        since: int = 0,
     ) -> None:
-        self._named = named
+        self._since = since
         self._part = part
         self._silent_s = silent_s if own is None else math.inf
         self._session = own
@@ -110,7 +112,7 @@ class OneSource:
             Why the message is left, for people; empty when it is not.
         """
         session, number = source
-        if session < (EARLIEST if session or self._named else 0):
+        if session < (max(EARLIEST, self._since) if session or self._since else 0):
             return self._another(topic, self._age(session), now_s)
         if session > 1e9 * (epoch_s + CLOCKS_DIFFER_S):
             ahead_s = 1e-9 * session - epoch_s

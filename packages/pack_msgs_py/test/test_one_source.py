@@ -12,8 +12,8 @@ EPOCH_S = 1e-9 * THIRD
 class Listener:
     """Hears what is said for the arm, which speaks every 100 ms, and notes what was taken."""
 
-    def __init__(self, silent_s: float = 1.1, *, named: bool = False) -> None:
-        self.source = OneSource('the arm', silent_s, named=named)
+    def __init__(self, silent_s: float = 1.1, *, since: int = 0) -> None:
+        self.source = OneSource('the arm', silent_s, since=since)
         self.taken: list[tuple[int, int]] = []
         self.now_s = 100.0
 
@@ -143,10 +143,18 @@ def test_a_node_of_ones_own_need_not_say_who_it_is():
 
 
 def test_where_all_say_who_they_are_a_stranger_is_not_believed_though_he_speaks_first():
-    arm = Listener(named=True)
+    arm = Listener(since=FIRST)
     assert 'does not say when it started, none is believed yet' in arm.hear(0, 0)
     assert arm.hear(FIRST, 1) == ''
     assert arm.taken == [(FIRST, 1)]
+
+
+def test_a_recording_that_is_retained_is_not_believed_by_the_run_after_it():
+    arm = Listener(since=SECOND)
+    assert 'second source' in arm.hear(FIRST, 3)
+    assert arm.second
+    assert arm.hear(SECOND, 1) == ''
+    assert arm.taken == [(SECOND, 1)]
 
 
 def test_a_start_before_there_were_such_cells_is_not_believed():

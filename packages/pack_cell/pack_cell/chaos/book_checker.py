@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 IN_BIN = ('releasing', 'placed', 'verified')
+_SEVERITIES = {1: 'warning', 2: 'alarm'}
 #: Above the rim by plan: heights of tops are measured.
 RIM_MM = 60
 
@@ -91,6 +92,12 @@ def count_places(folder: Path) -> Counter[str]:
     steps = _rows(path / 'executor.sqlite', 'SELECT step FROM attempt')
     places['in bins by the journal'] = sum(step in IN_BIN for (step,) in steps)
     return places
+
+
+def count_alarms(folder: Path) -> Counter[str]:
+    """How often each alarm and warning was raised, by the journal of the arm."""
+    rows = _rows(folder / 'state' / 'executor.sqlite', 'SELECT severity, code FROM alarm')
+    return Counter(f'{_SEVERITIES.get(severity, severity)} {code}' for severity, code in rows)
 
 
 def _doubled(ledger: list[Any], attempts: list[Any]) -> Iterator[str]:

@@ -97,7 +97,7 @@ def run_campaign(
     while time.monotonic() < end_s and not cell.ended:
         kind = chance.choice(list(actions))
         text = actions[kind]()
-        back_s = cell.seconds_to_next(lambda: attacker.listen(0.0))
+        back_s = cell.seconds_to_next(lambda: attacker.listen(0.01))
         campaign.faults.append(FaultMade(kind, text, back_s))
         went_on = 'does not go on' if back_s is None else f'goes on after {back_s:.1f} s'
         say(f'{kind}: {text}; the cell {went_on}')
@@ -107,7 +107,7 @@ def run_campaign(
         attacker.listen(chance.uniform(0.0, CALM_S))
     while campaign.messages < messages and not cell.ended:
         _burst(campaign, attacker, min(10 * BURST, messages - campaign.messages))
-        if cell.seconds_to_next(lambda: attacker.listen(0.0)) is None:
+        if cell.seconds_to_next(lambda: attacker.listen(0.01)) is None:
             campaign.wrong.append(f'after hostile messages it does not go on\n{cell.screen()}')
             break
     return campaign

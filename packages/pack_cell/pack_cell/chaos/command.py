@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pack_cell.options.parsers import NumberRange, whole
+from pack_cell.report.accounts import account_text
 from pack_cell.running.ros_domain import DomainTaken, hold_domain
 
 if TYPE_CHECKING:
@@ -106,7 +107,7 @@ def _alone(arguments: argparse.Namespace, folder: Path, domain: int) -> list[Lon
 def _under_fire(
     arguments: argparse.Namespace, folder: Path, domain: int
 ) -> tuple[Campaign, dict[str, Any]]:
-    from pack_cell.chaos.book_checker import check_books, count_places
+    from pack_cell.chaos.book_checker import check_books, count_alarms, count_places
     from pack_cell.chaos.campaign import Campaign, run_campaign
     from pack_cell.chaos.cell_at_hand import CellAtHand
     from pack_cell.ros.attacker import SteppedAttacker
@@ -146,7 +147,12 @@ def _under_fire(
     for key in ('unaccounted', 'rule_violations', 'mis_sorts'):
         if summary.get(key):
             wrong.append(f'summary: {key} is {summary[key]}: {summary["problems"]}')
-    return campaign, {'places': dict(count_places(cell.folder)), 'wrong': wrong}
+    return campaign, {
+        'accounts': summary.get('accounts'),
+        'places': dict(count_places(cell.folder)),
+        'alarms': dict(count_alarms(cell.folder)),
+        'wrong': wrong,
+    }
 
 
 def _tell(
@@ -161,7 +167,9 @@ def _tell(
     for kind, number, median_s, worst_s in campaign.table():
         print(f'  {kind:<18} {number:>4} times, goes on in {median_s:.1f} s, worst {worst_s:.1f} s')
     places = ', '.join(f'{number} {place}' for place, number in books['places'].items())
-    print(f'boxes by the books: {places}')
+    print(f'boxes: {account_text(books["accounts"])}; by the books: {places}')
+    alarms = ', '.join(f'{number} {code}' for code, number in sorted(books['alarms'].items()))
+    print(f'alarms and warnings of the arm: {alarms or "none"}')
     print('nothing was wrong' if not wrong else 'WRONG:')
     for text in wrong:
         print(f'  {text}')

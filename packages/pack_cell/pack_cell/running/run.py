@@ -41,7 +41,7 @@ from pack_cell.running.supervisor import Supervisor
 from pack_cell.running.viewing import PageProcess
 from pack_msgs_py.cell_state import CellState
 from pack_msgs_py.codes import Condition, Mode
-from pack_msgs_py.one_source import NAMED_SOURCES
+from pack_msgs_py.one_source import NAMED_SOURCES, new_session
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.signals import signal_name
 from pack_msgs_py.values import Box
@@ -189,8 +189,8 @@ def _run(kept: KeptRun, began: float, domain: DomainLock) -> int:
     options, folder, state = kept.used, kept.folder, kept.folder / 'state'
     stream = open_stream(options)
     stop = StopRequest()
-    # For the recorder here and, by inheritance, for the nodes.
-    os.environ[NAMED_SOURCES] = '1'
+    # For the recorder here and, by inheritance, for the nodes, all of which start after this.
+    os.environ[NAMED_SOURCES] = str(new_session())
     supervisor = Supervisor(
         node_specs(folder, write_parameters(folder, options)),
         {'ROS_DOMAIN_ID': str(domain.number), 'PYTHONUNBUFFERED': '1'},

@@ -73,13 +73,13 @@ class Sources:
     def __init__(self, node: Node, own: tuple[str, int] | None = None) -> None:
         self._node = node
         self._goals = 0
-        named = bool(os.environ.get(NAMED_SOURCES))
+        since = int(os.environ.get(NAMED_SOURCES) or 0)
         self._parts = {
-            part: OneSource(part, silent_s, named=named) for part, silent_s in SILENT_S.items()
+            part: OneSource(part, silent_s, since=since) for part, silent_s in SILENT_S.items()
         }
         if own is not None:
             part, session = own
-            self._parts[part] = OneSource(part, own=session, named=named)
+            self._parts[part] = OneSource(part, own=session, since=since)
         node.create_timer(SETTLE_PERIOD_S, self._settle)
 
     def _settle(self) -> None:
