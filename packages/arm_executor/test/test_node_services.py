@@ -188,6 +188,9 @@ def test_a_lost_box_is_an_alarm_on_its_topic_until_an_operator_acknowledges_it(s
         ),
         'diagnosis',
     )
+    assert bench.operate(Command.PAUSE)[0]
+    done, text = bench.operate(Command.RESUME)
+    assert done and text.startswith('the arm is paused no longer, and still stands: BOX_LOST: ')
     assert bench.operate(Command.ACKNOWLEDGE) == (True, 'acknowledged: BOX_LOST')
     bench.wait(lambda: not bench.of('alarms')[-1].alarms, 'the end of the alarm')
     bench.wait_mode(ExecutorState.MODE_IDLE)

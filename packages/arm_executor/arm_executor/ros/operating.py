@@ -22,6 +22,8 @@ from pack_msgs_py.ros import conversions
 
 #: Who speaks through a service that has no field for a name.
 UNNAMED = 'a service call'
+#: Modes in which the arm stands, though nobody has it paused.
+_STAND_LONGER = (Mode.ALARM, Mode.PROTECTIVE_STOP, Mode.FAULT)
 
 Answer = tuple[bool, str]
 
@@ -82,7 +84,7 @@ class OperatorServices:
             case Command.PAUSE:
                 return self._pause_answer()
             case Command.RESUME if panel.paused:
-                return True, 'the arm goes on'
+                return True, self._resume_text()
             case Command.RESUME:
                 return False, f'the arm is not paused: {self._mode_text()}'
             case Command.STOP:
@@ -110,6 +112,13 @@ class OperatorServices:
         if status.mode is Mode.EXECUTING:
             return True, f'the arm pauses once box {status.active_box!r} is in its bin'
         return True, 'the arm is paused'
+
+    def _resume_text(self) -> str:
+        """A pause is over, and what else keeps the arm from moving."""
+        status = self._core.status()
+        if status.mode in _STAND_LONGER:
+            return f'the arm is paused no longer, and still stands: {status.message.rstrip(".")}'
+        return 'the arm goes on'
 
     def _mode_text(self) -> str:
         status = self._core.status()

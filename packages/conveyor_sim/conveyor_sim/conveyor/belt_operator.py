@@ -122,7 +122,7 @@ class BeltOperator:
             reason = self._reasons.get(command)
             state = _STATES[command] if reason is None else reason.says(_STATES[command])
             back = {Command.PAUSE: 'cell resume', Command.DRAIN: 'cell feed'}[command]
-            msg = f'the belt is {state} already; to go on: {back}'
+            msg = f'the belt is {state}; to go on: {back}'
             raise ValueError(msg)
         if command in _ENDS and not on:
             msg = f'the belt is not {_STATES[_ENDS[command]].lower()}'
