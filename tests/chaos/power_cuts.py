@@ -180,6 +180,9 @@ def one_trial(number: int, options: argparse.Namespace, base: Path) -> Trial:
         run.wait_for_placed(1)
         if run.kill_arm_after(step):
             trial.cuts += 1
+            began = time.monotonic()
+            if run.wait_for_placed(1):
+                trial.back_s.append(time.monotonic() - began)
     code = run.finish()
     if code != 0:
         trial.wrong.append(f'the run ended with {code}:\n{run.screen()}')
@@ -227,8 +230,9 @@ def main() -> int:
         f'boxes: {exact} of {len(trials)} runs with every box in one place'
     )
     if back_s:
+        begun = 'the kill' if options.phases else '--resume'
         print(
-            f'from --resume to the next box in its bin: median {statistics.median(back_s):.1f} s, '
+            f'from {begun} to the next box in its bin: median {statistics.median(back_s):.1f} s, '
             f'worst {max(back_s):.1f} s'
         )
     if options.keep is None and exact == len(trials):

@@ -7,20 +7,24 @@ import json
 import random
 import shutil
 import sqlite3
+import threading
 
 import pytest
 
 from arm_executor.bins.book import BinBook
 from arm_executor.bins.journal import Journal
+from arm_executor.bins.operation_log import OperationLog
 from arm_executor.bins.records import configuration
 from conveyor_sim.ledger.ledger import BoxRecord, Ledger, Whereabouts
 from pack_cell.cli import main
 from pack_cell.journal.verify import book_errors
 from pack_cell.report.record import RunRecord
 from pack_cell.running.books_of_bins import books_of_bins
+from pack_msgs_py.alarms import Alarm
 from pack_msgs_py.cell_values import BinSnapshot, Decision
 from pack_msgs_py.codes import Reason
 from pack_msgs_py.geometry.pose import Pose
+from pack_msgs_py.operations import Operation
 from pack_msgs_py.profiles import find_profile
 from pack_msgs_py.values import Box, parse_bin
 
@@ -59,6 +63,10 @@ def run(tmp_path):
             book.releasing()
             book.placed()
             book.verified(pose, {})
+    log = OperationLog(journal, threading.RLock())
+    log.write(Operation(1.7e9, 'SWAP_BIN', 'A', 'anna', 'full', False, 'a box is on its way'))
+    log.raise_alarm(Alarm('BOX_LOST', "box 'a' moved 12 mm", box_id='a', raised_s=1.7e9 + 5))
+    log.acknowledge(1.7e9 + 65)
     journal.close()
     ledger = Ledger(state, 'f', 'four boxes')
     ledger.save(
@@ -70,6 +78,7 @@ def run(tmp_path):
         ],
         {},
     )
+    ledger.write_operation(Operation(1.7e9 - 60, 'DRAIN', '', 'ben', '', True, 'drained'))
     ledger.close()
     return tmp_path / 'run'
 
@@ -81,6 +90,17 @@ def test_show_lists_bins_boxes_and_the_belt(run, capsys):
                  'under way: c into EQ-1, picked', 'belt: 4 boxes fed: 1 picked, 2 placed',
                  'd rejected, oversize: too long'):  # fmt: skip
         assert text in shown
+
+
+def test_show_tells_who_asked_for_what_and_which_alarms_there_were(run, capsys):
+    assert main(['journal', 'show', str(run)]) == 0
+    shown = capsys.readouterr().out
+    asked = shown[shown.index('asked for by people:') :].splitlines()
+    assert asked[1].endswith('DRAIN of the belt by ben: drained')
+    assert asked[2].endswith('SWAP_BIN A of the arm by anna (full): refused: a box is on its way')
+    assert "alarm BOX_LOST: box 'a' moved 12 mm; acknowledged 2023-11-" in asked[4]
+    assert main(['journal', 'show', str(run), '--box', 'a']) == 0
+    assert "BOX_LOST: box 'a' moved 12 mm" in capsys.readouterr().out
 
 
 def test_show_tells_all_about_one_box(run, capsys):
@@ -102,6 +122,13 @@ def test_export_writes_csv_and_json_that_hold_everything(run, capsys):
     assert rows[1]['corner_mm'] == '310 0 0'
     assert rows[0]['steps.verified'].startswith('2023-11-14T')
     assert len(list(csv.DictReader((run / 'journal' / 'belt.csv').open()))) == 4
+    people = list(csv.DictReader((run / 'journal' / 'operations.csv').open()))
+    assert [(row['node'], row['who'], row['done']) for row in people] == [
+        ('belt', 'ben', 'True'),
+        ('arm', 'anna', 'False'),
+    ]
+    (alarm,) = csv.DictReader((run / 'journal' / 'alarms.csv').open())
+    assert (alarm['code'], alarm['severity'], alarm['box_id']) == ('BOX_LOST', 'ALARM', 'a')
 
 
 def test_books_as_they_were_written_are_found_right(run, capsys):

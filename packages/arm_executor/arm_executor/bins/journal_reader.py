@@ -10,9 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from arm_executor.bins.records import Attempt, Step
+from pack_msgs_py.alarms import Alarm
 from pack_msgs_py.box_codec import placed_from_json, pose_from_json
 from pack_msgs_py.cell_values import BoxEvent
-from pack_msgs_py.codes import BoxEventKind, Reason
+from pack_msgs_py.codes import BoxEventKind, Reason, Severity
+from pack_msgs_py.operations import OPERATION_COLUMNS, Operation, operation_of
 from pack_msgs_py.values import Bin, bin_called
 
 _ATTEMPT = 'id, bin_serial, goal_id, placed, target, measured, step'
@@ -97,6 +99,33 @@ class JournalReader:
         """When each bin, by its serial, was opened and closed, seconds since the epoch."""
         rows = self._db.execute('SELECT serial, opened_s, closed_s FROM bin ORDER BY serial')
         return {serial: (opened_s, closed_s) for serial, opened_s, closed_s in rows}
+
+    def operations(self) -> list[Operation]:
+        """What operators have asked for, oldest first."""
+        if not self._has('operation'):
+            return []
+        rows = self._db.execute(f'SELECT {OPERATION_COLUMNS} FROM operation ORDER BY sequence')
+        return [operation_of(row) for row in rows]
+
+    def alarms(self) -> list[tuple[Alarm, float | None]]:
+        """Every alarm and warning, oldest first, and when somebody acknowledged it."""
+        if not self._has('alarm'):
+            return []
+        rows = self._db.execute(
+            'SELECT over_s, code, message, severity, action, box_id, bin_id, raised_s FROM alarm '
+            'ORDER BY sequence'
+        )
+        return [
+            (Alarm(code, message, Severity(severity), *others), over_s)
+            for over_s, code, message, severity, *others in rows
+        ]
+
+    def _has(self, table: str) -> bool:
+        """Whether the node has come to make a table that is not of the bins."""
+        found = self._db.execute(
+            "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = ?", (table,)
+        )
+        return found.fetchone() is not None
 
     def pending(self) -> list[Attempt]:
         """Placements that were under way when the journal was last written."""

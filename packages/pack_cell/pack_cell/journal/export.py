@@ -31,7 +31,7 @@ def export_books(books: RunBooks, folder: Path) -> list[Path]:
     data = books_data(books)
     paths = [folder / 'journal.json']
     paths[0].write_text(json.dumps(data, indent=1) + '\n', encoding='utf-8')
-    for name in ('bins', 'placements', 'events', 'belt'):
+    for name in ('bins', 'placements', 'events', 'belt', 'operations', 'alarms'):
         rows = [_flat(row) for row in data[name] or ()]
         path = folder / f'{name}.csv'
         _write_csv(path, rows)
@@ -53,6 +53,16 @@ def books_data(books: RunBooks) -> dict[str, Any]:
         'belt': None
         if books.fed is None
         else [{**asdict(fed), 'reason': fed.reason.name} for fed in books.fed],
+        'operations': [
+            {'node': asked.node, **asdict(asked.operation),
+             'stamp': _when(asked.operation.stamp_s)}
+            for asked in books.operations
+        ],
+        'alarms': [
+            {**asdict(alarm), 'severity': alarm.severity.name, 'raised': _when(alarm.raised_s),
+             'acknowledged': None if over_s is None else _when(over_s)}
+            for alarm, over_s in books.alarms
+        ],
     }  # fmt: skip
 
 

@@ -12,8 +12,10 @@ from arm_executor.bins.journal import FILE_NAME as JOURNAL
 from arm_executor.bins.journal_reader import ALL, JournalError, read_journal
 from arm_executor.bins.records import Attempt
 from conveyor_sim.ledger.ledger import FILE_NAME as LEDGER
+from pack_msgs_py.alarms import Alarm
 from pack_msgs_py.cell_values import BoxEvent
 from pack_msgs_py.codes import Reason
+from pack_msgs_py.operations import OPERATION_COLUMNS, Operation, operation_of
 from pack_msgs_py.values import Bin
 
 
@@ -34,6 +36,14 @@ class FedBox:
 
 
 @dataclass(frozen=True)
+class AskedFor:
+    """What somebody has asked a node for: ``'arm'`` or ``'belt'``."""
+
+    node: str
+    operation: Operation
+
+
+@dataclass(frozen=True)
 class RunBooks:
     """What both books say.
 
@@ -45,6 +55,8 @@ class RunBooks:
     steps : of each placement, by its number, what it came to and when.
     events : what happened to boxes, as others were told.
     fed : the boxes that the belt was given; ``None`` where its book cannot be read now.
+    operations : what people have asked for, oldest first.
+    alarms : alarms and warnings of the arm, and when each was acknowledged.
     """
 
     bins: tuple[Bin, ...]
@@ -53,6 +65,8 @@ class RunBooks:
     steps: dict[int, list[tuple[str, float]]]
     events: tuple[BoxEvent, ...]
     fed: tuple[FedBox, ...] | None
+    operations: tuple[AskedFor, ...] = ()
+    alarms: tuple[tuple[Alarm, float | None], ...] = ()
 
 
 def state_folder(folder: Path) -> Path:
@@ -77,7 +91,8 @@ def read_run_books(folder: Path) -> RunBooks:
     try:
         with read_journal(state / JOURNAL) as journal:
             if not journal.is_begun:
-                return RunBooks((), {}, (), {}, (), _fed(state))
+                return RunBooks((), {}, (), {}, (), _fed(state), tuple(_asked_of_belt(state)))
+            asked = [AskedFor('arm', operation) for operation in journal.operations()]
             bins = (*journal.closed_bins(ALL), *journal.open_bins())
             return RunBooks(
                 tuple(sorted(bins, key=lambda known: known.serial)),
@@ -86,6 +101,8 @@ def read_run_books(folder: Path) -> RunBooks:
                 journal.steps(),
                 journal.events(ALL),
                 _fed(state),
+                tuple(sorted([*asked, *_asked_of_belt(state)], key=_asked_s)),
+                tuple(journal.alarms()),
             )
     except JournalError as error:
         raise BooksError(str(error)) from None
@@ -105,6 +122,19 @@ def _fed(state: Path) -> tuple[FedBox, ...] | None:
         FedBox(ordinal, box_id, place, laps, Reason(reason), text)
         for ordinal, box_id, place, laps, reason, text in rows
     )
+
+
+def _asked_of_belt(state: Path) -> list[AskedFor]:
+    try:
+        with opened(state / LEDGER) as db:
+            rows = db.execute(f'SELECT {OPERATION_COLUMNS} FROM operation').fetchall()
+    except sqlite3.Error:
+        return []
+    return [AskedFor('belt', operation_of(row)) for row in rows]
+
+
+def _asked_s(asked: AskedFor) -> float:
+    return asked.operation.stamp_s
 
 
 @contextmanager

@@ -10,7 +10,27 @@ from pack_cell.journal.run_books import RunBooks
 
 
 def book_lines(books: RunBooks) -> Iterator[str]:
-    """Every bin with its boxes, then how many boxes are where by the belt's book."""
+    """Bins with their boxes, where boxes are by the belt's book, what people did, alarms."""
+    yield from _bin_lines(books)
+    yield from _belt_lines(books)
+    if books.operations:
+        yield 'asked for by people:'
+    for asked in books.operations:
+        done = asked.operation
+        what = ' '.join(filter(None, [done.command, done.subject]))
+        why = f' ({done.why})' if done.why else ''
+        who = f'{what} of the {asked.node} by {done.who}{why}'
+        refused = '' if done.done else 'refused: '
+        yield f'  {_when(done.stamp_s)}  {who}: {refused}{done.answer}'
+    if books.alarms:
+        yield 'alarms and warnings of the arm:'
+    for alarm, over_s in books.alarms:
+        end = 'not acknowledged' if over_s is None else f'acknowledged {_when(over_s)}'
+        kind = alarm.severity.name.lower()
+        yield f'  {_when(alarm.raised_s)}  {kind} {alarm.code}: {alarm.message}; {end}'
+
+
+def _bin_lines(books: RunBooks) -> Iterator[str]:
     by_bin = {known.serial: known for known in books.bins}
     for known in books.bins:
         opened_s, closed_s = books.bin_times[known.serial]
@@ -33,6 +53,9 @@ def book_lines(books: RunBooks) -> Iterator[str]:
     for attempt in under_way:
         name = by_bin[attempt.bin_serial].id
         yield f'under way: {attempt.placed.box.id} into {name}, {attempt.step.value}'
+
+
+def _belt_lines(books: RunBooks) -> Iterator[str]:
     if books.fed is None:
         yield 'belt: its book is in use while the cell runs'
         return
@@ -58,6 +81,13 @@ def box_lines(books: RunBooks, box_id: str) -> Iterator[str]:
         if event.box_id == box_id:
             why = f' ({event.reason.name.lower()}: {event.text})' if event.text else ''
             lines.append((event.stamp_s, f'told: {event.event.name}{why}'))
+    for asked in books.operations:
+        done = asked.operation
+        if done.subject == box_id:
+            lines.append((done.stamp_s, f'{done.command} by {done.who}: {done.answer}'))
+    for alarm, _ in books.alarms:
+        if alarm.box_id == box_id:
+            lines.append((alarm.raised_s, f'{alarm.code}: {alarm.message}'))
     yield from (f'{_when(stamp_s)}  {text}' for stamp_s, text in sorted(lines))
 
 
