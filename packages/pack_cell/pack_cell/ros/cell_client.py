@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from types import TracebackType
 from typing import Any
 
@@ -55,6 +56,7 @@ class CellClient:
         self._timeout_s = timeout_s
         self._who, self._why = who, why
         self._context = rclpy.Context()
+        self._closing = ExitStack()
 
     def __enter__(self) -> CellClient:
         check_parameters_of_nodes()
@@ -63,16 +65,20 @@ class CellClient:
             domain_id=self.domain,
             signal_handler_options=SignalHandlerOptions.NO,
         )
+        self._closing.callback(rclpy.try_shutdown, context=self._context)
         self._executor = SingleThreadedExecutor(context=self._context)
+        self._closing.callback(self._executor.shutdown)
         try:
             self.namespace = self._find()
             self._node = rclpy.create_node(
                 'operator', namespace=self.namespace, context=self._context
             )
+            # Else the logger of the next client of this process speaks by the node of this one.
+            self._closing.callback(self._node.destroy_node)
             self._executor.add_node(self._node)
             self.watch = CellListener(self._node).watch
         except BaseException:
-            self._close()
+            self._closing.close()
             raise
         return self
 
@@ -82,11 +88,7 @@ class CellClient:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        self._close()
-
-    def _close(self) -> None:
-        self._executor.shutdown()
-        rclpy.try_shutdown(context=self._context)
+        self._closing.close()
 
     def _find(self) -> str:
         """The namespace of the cell."""
