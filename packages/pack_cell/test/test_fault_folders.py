@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import json
 import sqlite3
+import subprocess
+import sys
+import textwrap
 from contextlib import closing
 from pathlib import Path
 
@@ -75,6 +78,34 @@ def test_a_fault_is_kept_beside_the_journals_with_copies_of_them(tmp_path: Path)
     assert json.loads((folder / 'nodes.json').read_text()) == {'planner': {'level': 0}}
     with closing(sqlite3.connect(folder / 'executor.sqlite')) as copy:
         assert copy.execute('select id from boxes').fetchall() == [('b-1',)]
+
+
+def test_a_journal_that_its_owner_alone_may_open_is_copied_and_not_waited_for(tmp_path: Path):
+    holds = textwrap.dedent(f"""
+        import sqlite3, sys
+        db = sqlite3.connect({str(tmp_path / 'conveyor.sqlite')!r}, isolation_level=None)
+        db.execute('PRAGMA locking_mode = EXCLUSIVE')
+        db.execute('PRAGMA journal_mode = WAL')
+        db.execute('create table boxes (id text)')
+        db.execute("insert into boxes values ('b-1')")
+        print('held', flush=True)
+        sys.stdin.read()
+    """)
+    # Of another process: locks do not keep a process from itself.
+    with subprocess.Popen(
+        [sys.executable, '-c', holds], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as owner:
+        assert owner.stdout.readline() == b'held\n'
+        folder = FaultFolders(tmp_path).keep('COLLISION', [message('a', 1.0)], {})
+        assert owner.poll() is None
+        owner.stdin.close()
+    with closing(sqlite3.connect(folder / 'conveyor.sqlite')) as copy:
+        assert copy.execute('select id from boxes').fetchall() == [('b-1',)]
+    assert sorted(path.name for path in folder.iterdir()) == [
+        'conveyor.sqlite',
+        'last_seconds.mcap',
+        'nodes.json',
+    ]
 
 
 def test_of_many_faults_of_a_code_the_first_and_the_last_are_kept(tmp_path, monkeypatch) -> None:

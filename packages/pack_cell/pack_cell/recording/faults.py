@@ -96,10 +96,39 @@ def _copy_journal(journal: Path, copy: Path) -> None:
     if journal.stat().st_size > MOST_JOURNAL_BYTES:
         return
     try:
-        with (
-            closing(sqlite3.connect(f'file:{journal}?mode=ro', uri=True)) as source,
-            closing(sqlite3.connect(copy)) as target,
-        ):
-            source.backup(target)
-    except sqlite3.Error:
+        try:
+            _back_up(journal, copy)
+        except sqlite3.OperationalError:
+            _copy_held(journal, copy)
+    except (OSError, sqlite3.Error):
         copy.unlink(missing_ok=True)
+
+
+def _back_up(journal: Path, copy: Path) -> None:
+    """The way of SQLite; raises at once where the owner lets nobody else read."""
+    with (
+        closing(sqlite3.connect(f'file:{journal}?mode=ro', uri=True, timeout=0.0)) as source,
+        closing(sqlite3.connect(copy)) as target,
+    ):
+        # Without this a backup waits for as long as the owner holds the file, a whole run.
+        source.execute('BEGIN')
+        source.execute('SELECT count(*) FROM sqlite_master').fetchone()
+        source.backup(target)
+
+
+def _copy_held(journal: Path, copy: Path) -> None:
+    """Copy the files of a database that its owner alone may open.
+
+    The write-ahead log first: what is moved from it into the database meanwhile is in both then.
+    """
+    log = copy.with_name(f'{copy.name}-wal')
+    for end in ('-wal', ''):
+        if (source := journal.with_name(journal.name + end)).exists():
+            shutil.copyfile(source, copy.with_name(copy.name + end))
+    try:
+        with closing(sqlite3.connect(copy)) as db:
+            if db.execute('PRAGMA quick_check').fetchone() != ('ok',):
+                msg = f'{journal} was written while it was copied'
+                raise sqlite3.DatabaseError(msg)
+    finally:
+        log.unlink(missing_ok=True)
