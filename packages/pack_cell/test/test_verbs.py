@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import json
 import re
+import time
 
 import pytest
 
 pytest.importorskip('rclpy')
 
+from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from arm_executor.ros.node import ArmExecutor
 from conveyor_sim.ros.node import ConveyorNode
 from pack_cell.operate.command import EXIT_DONE, EXIT_NO_CELL, EXIT_REFUSED, operate
+from pack_msgs.msg import CellState as CellStateMsg
+from pack_msgs_py.cell_state import CellState, NodeState
+from pack_msgs_py.codes import Condition, Level
+from pack_msgs_py.ros import conversions, qos
 from pack_msgs_py.ros.testing import Spinner
 
 pytestmark = pytest.mark.ros
@@ -115,6 +121,33 @@ def test_the_state_is_told_in_words_and_as_json(cell):
     assert text.splitlines()[1] == 'Next: To go on: cell resume'
     state = json.loads(cell('status', '--json')[1])
     assert state['state'] == 'PAUSED' and state['nodes']['planner']['state'] == 'not heard'
+
+
+def test_of_a_node_that_hangs_the_monitor_knows_more_than_who_has_just_come(ros_domain, capsys):
+    told = CellState(
+        Condition.FAULT,
+        'FAULT: arm_executor is silent for 9 s.',
+        'Look at its log, and restart arm_executor.',
+        (NodeState('arm_executor', Level.STALE, 'silent for 9 s'),),
+        stamp_s=time.time(),
+    )
+    with Spinner() as spinner:
+        node = Node('cell_monitor', context=spinner.context)
+        node.create_publisher(CellStateMsg, 'cell_state', qos.TOPICS['cell_state']).publish(
+            conversions.cell_state_to_ros(told)
+        )
+        spinner.add(node)
+        belt = ConveyorNode(context=spinner.context, parameter_overrides=parameters(count=20))
+        spinner.add(belt)
+        words = ['--domain', str(ros_domain), '--timeout', '3']
+        assert operate(['status', *words]) == EXIT_REFUSED
+        assert capsys.readouterr().out.startswith('FAULT: arm_executor is silent for 9 s.')
+        assert operate(['drain', *words]) == EXIT_DONE
+        capsys.readouterr()
+        assert operate(['stop', *words]) == EXIT_NO_CELL
+        said = capsys.readouterr().err
+        assert operate(['finish', *words]) == EXIT_NO_CELL
+        assert 'arm_executor/operate of the cell in / is not there: its node is down' in said
 
 
 def test_at_the_end_of_the_shift_the_belt_is_empty_and_the_bins_are_closed(cell):

@@ -7,7 +7,7 @@ import getpass
 import json
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from pack_cell.operate.options import add_operate, box_of, placed_box_of
@@ -83,8 +83,7 @@ def user_name() -> str:
 
 
 def _status(client: CellClient, screen: Screen, *, as_json: bool) -> int:
-    client.wait_until(lambda watch: watch.complete, LISTEN_S)
-    state = client.watch.state()
+    state = client.state(LISTEN_S)
     if as_json:
         sys.stdout.write(json.dumps(status_json(state), indent=2) + '\n')
     else:
@@ -93,14 +92,14 @@ def _status(client: CellClient, screen: Screen, *, as_json: bool) -> int:
     return EXIT_REFUSED if state.condition in NEEDS_SOMEBODY else EXIT_DONE
 
 
-def _steps(client: CellClient, parsed: argparse.Namespace) -> Sequence[Answer]:
-    """The answers that a verb gets."""
+def _steps(client: CellClient, parsed: argparse.Namespace) -> Iterable[Answer]:
+    """The answers that a verb gets, told as they come; nothing is asked after a refusal."""
     verb = parsed.verb
     if verb in _ARM:
         return [client.arm(_ARM[verb], getattr(parsed, 'subject', ''))]
     if verb in _BELT:
         return [client.belt(_BELT[verb])]
-    several: dict[str, Callable[[], Sequence[Answer]]] = {
+    several: dict[str, Callable[[], Iterable[Answer]]] = {
         'resume': lambda: _resume(client),
         'ack': lambda: _acknowledge(client),
         'remove': lambda: [_remove(client, parsed.subject)],
@@ -148,13 +147,14 @@ def _insert(client: CellClient, parsed: argparse.Namespace) -> Answer:
     return client.insert_on_belt(box_of(parsed))
 
 
-def _finish(client: CellClient) -> list[Answer]:
+def _finish(client: CellClient) -> Iterator[Answer]:
     """The arm ends what it does and takes nothing new, the belt is emptied, bins are closed."""
     client.wait_until(lambda watch: watch.complete, LISTEN_S)
-    answers = [] if client.watch.paused else [client.arm(Command.PAUSE)]
-    answers.append(client.belt(Command.EMPTY))
+    if not client.watch.paused:
+        yield client.arm(Command.PAUSE)
+    yield client.belt(Command.EMPTY)
     if not client.wait_until(lambda watch: watch.mode in STANDS):
         text = 'the arm is still placing a box; it stays paused: cell finish again, or cell resume'
-        return [*answers, (False, text)]
-    answers.append(client.arm(Command.CLOSE_ALL))
-    return [*answers, client.arm(Command.RESUME)]
+        yield False, text
+    yield client.arm(Command.CLOSE_ALL)
+    yield client.arm(Command.RESUME)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from types import TracebackType
 from typing import Any
 
@@ -16,7 +16,9 @@ from pack_cell.ros.cell_monitor import CellListener
 from pack_cell.watching.cell_watch import ARM_EXECUTOR, CONVEYOR, CellWatch
 from pack_cell.watching.finding import NoCell, namespace_of_cell
 from pack_msgs.msg import BinStateArray
+from pack_msgs.msg import CellState as CellStateMsg
 from pack_msgs.srv import InsertBox, InsertPlacedBox, Operate, RemoveBox, ResolveBox
+from pack_msgs_py.cell_state import CellState
 from pack_msgs_py.codes import Command
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.ros import conversions, qos
@@ -27,6 +29,8 @@ _OPERATE_TYPE = 'pack_msgs/srv/Operate'
 _SPIN_S = 0.05
 #: How long other namespaces may take to show up once one was found.
 _MORE_S = 0.3
+#: What a monitor has said counts for so long; it speaks each second.
+_FRESH_S = 5.0
 
 #: Whether it was done, and a sentence.
 Answer = tuple[bool, str]
@@ -91,16 +95,20 @@ class CellClient:
         self._closing.close()
 
     def _find(self) -> str:
-        """The namespace of the cell."""
+        """The namespace of the cell.
+
+        Of a node that hangs nothing is found: the arm's or the belt's will do.
+        """
         finder = rclpy.create_node('operator_finder', context=self._context)
         try:
             until_s = time.monotonic() + self._timeout_s
             seen: set[str] = set()
             while time.monotonic() < until_s:
                 fresh = {
-                    name.removesuffix(f'/{ARM_EXECUTOR}/operate') or '/'
+                    name.removesuffix(f'/{node}/operate') or '/'
                     for name, types in finder.get_service_names_and_types()
-                    if name.endswith(f'/{ARM_EXECUTOR}/operate') and _OPERATE_TYPE in types
+                    for node in (ARM_EXECUTOR, CONVEYOR)
+                    if name.endswith(f'/{node}/operate') and _OPERATE_TYPE in types
                 }
                 if fresh and not seen:
                     until_s = min(until_s, time.monotonic() + _MORE_S)
@@ -122,6 +130,26 @@ class CellClient:
                 return False
             self._executor.spin_once(timeout_sec=_SPIN_S)
         return True
+
+    def state(self, seconds: float) -> CellState:
+        """The state of the cell, after listening for up to ``seconds``.
+
+        When a node is not heard in that time, the word of the monitor counts, which has listened
+        for longer: it knows a node that hangs from one that still starts.
+        """
+        heard: list[CellState] = []
+
+        def take(msg: CellStateMsg) -> None:
+            with suppress(ValueError):
+                heard.append(conversions.cell_state_from_ros(msg))
+
+        subscription = self._node.create_subscription(
+            CellStateMsg, 'cell_state', take, qos.TOPICS['cell_state']
+        )
+        self.wait_until(lambda watch: watch.complete, seconds)
+        self._node.destroy_subscription(subscription)
+        fresh = [state for state in heard if abs(time.time() - state.stamp_s) < _FRESH_S]
+        return fresh[-1] if fresh and not self.watch.complete else self.watch.state()
 
     def boxes_in_bins(self) -> set[str]:
         """Ids of the boxes in the bins that stand in the cell."""
@@ -181,7 +209,10 @@ class CellClient:
         client = self._node.create_client(kind, name)
         try:
             if not client.wait_for_service(self._timeout_s):
-                msg = f'{name} of the cell in {self.namespace} is not there: does its node run?'
+                msg = (
+                    f'{name} of the cell in {self.namespace} is not there: its node is down, '
+                    'starts, or hangs: look with cell status'
+                )
                 raise NoCell(msg)
             future = client.call_async(request)
             until_s = time.monotonic() + self._timeout_s

@@ -52,7 +52,7 @@ def domain_of_cell(asked: int | None, sockets: Path = _SOCKETS) -> int:
 
 
 def namespace_of_cell(asked: str | None, seen: set[str], domain: int) -> str:
-    """The namespace to work in: the one that was asked for, else the only one with an arm executor.
+    """The namespace to work in: the one that was asked for, else the only one with a cell.
 
     ``seen`` : namespaces that have one, each ``/`` or ``/name``.
 
