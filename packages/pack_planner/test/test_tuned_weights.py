@@ -11,6 +11,7 @@ from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Bin, Box, parse_bin
 from pack_planner import all_spots, find_algorithm, pack
 from pack_planner.algorithms import AlgorithmSpec, Problem, foresight
+from pack_planner.algorithms.play_out import best_plan
 from pack_planner.algorithms.ranking import nearest_box, ranked
 from pack_planner.algorithms.tuned_tables import (
     check_table,
@@ -200,3 +201,25 @@ def test_called_directly_an_algorithm_has_its_own_weights():
     model = Engine(ANY).model(Bin('b', 1, parse_bin('60x40x40')))
     choice = foresight.foresight(Problem(Engine(ANY), (Box('a', (196.0, 196.0, 90.0)),), (model,)))
     assert choice.candidate.placed.corner_mm == (0, 0, 0)
+
+
+@pytest.mark.parametrize('profile', PROFILES)
+@pytest.mark.parametrize('open_bins', [1, 2, 3])
+def test_foresight_decides_by_the_weights_of_the_profile_and_the_bins(
+    profile, open_bins, monkeypatch
+):
+    used = []
+
+    def spied(problem, weights, alike):
+        used.append(weights)
+        return best_plan(problem, weights, alike)
+
+    monkeypatch.setattr(foresight, 'best_plan', spied)
+    rules = replace(PROFILES[profile], orientations='any')
+    next(pack([Box('a', (196.0, 196.0, 90.0))], 'EQ', 'foresight', 1, open_bins, rules))
+    weights = used[-1]
+    by_vertices = rules.min_vertices > 0
+    assert (
+        weights.lost == (foresight.WEIGHTS_BY_VERTICES if by_vertices else foresight.WEIGHTS).lost
+    )
+    assert bool(weights.room) is (open_bins == 1 and not by_vertices)

@@ -144,9 +144,8 @@ def _start(arguments: argparse.Namespace, settings: TuneSettings) -> object:
     table = None if arguments.start is None else read_table(arguments.start)
     if table is not None:
         check_table(table, algorithm.name, algorithm.weights)
-    return weights_for(
-        table, algorithm.name, algorithm.weights, settings.bin_spec, settings.profile
-    )
+    own = algorithm.own_weights(settings.profile, settings.open_bins)
+    return weights_for(table, algorithm.name, own, settings.bin_spec, settings.profile)
 
 
 def _limits(arguments: argparse.Namespace) -> Limits:

@@ -25,6 +25,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from pack_msgs_py.profiles import Profile
 from pack_planner.algorithms.base import Choice, Problem
 from pack_planner.algorithms.play_out import FIRST_MOVES, FIRST_MOVES_ALIKE, best_plan
 from pack_planner.algorithms.registry import algorithm
@@ -43,13 +44,16 @@ WEIGHTS_BY_VERTICES = replace(
 )  # fmt: skip
 
 
-@algorithm('foresight', weights=WEIGHTS, node_s=SEARCH_S)
+def weights_by(profile: Profile, open_bins: int) -> WasteWeights:
+    """The weights under ``profile``, where none are tuned."""
+    weights = WEIGHTS_BY_VERTICES if profile.min_vertices > 0 else WEIGHTS
+    return weights if open_bins == 1 else replace(weights, room=0.0)
+
+
+@algorithm('foresight', weights=WEIGHTS, weights_by=weights_by, node_s=SEARCH_S)
 def foresight(problem: Problem) -> Choice | None:
     """Choose as the module says; where it sees no move at all, as MPackLite does."""
-    by_vertices = problem.engine.profile.min_vertices > 0
-    own = WEIGHTS_BY_VERTICES if by_vertices else WEIGHTS
-    if len(problem.bins) > 1:
-        own = replace(own, room=0.0)
+    own = weights_by(problem.engine.profile, len(problem.bins))
     choices = len(problem.boxes) * len(problem.bins)
     alike = max(FIRST_MOVES_ALIKE, -(-FIRST_MOVES // choices))
     return best_plan(problem, problem.weights_or(own), alike)

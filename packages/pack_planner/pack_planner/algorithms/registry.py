@@ -17,6 +17,7 @@ from pack_msgs_py.plug_ins import (
     plug_ins_by_name,
     said,
 )
+from pack_msgs_py.profiles import Profile
 from pack_planner.algorithms.base import Algorithm, Choice, Problem
 from pack_planner.algorithms.built_in import BUILT_IN
 from pack_planner.algorithms.tuned_tables import weights_for
@@ -49,6 +50,8 @@ class AlgorithmSpec:
     prepare : compiles, or loads, what deciding on a few boxes in one bin does not reach.
     weights : a dataclass of numbers that ``cell tune`` may change, as they are where none are
         tuned; ``None`` for an algorithm without. It finds those to use in ``problem.weights``.
+    weights_by : what takes the place of ``weights`` under a profile and with a number of open bins,
+        where these do not hold for all of them.
     node_s : about what a node of its search costs, seconds; ``None`` for one that counts none.
     digest : changes with the content of the file that it comes from, if it was asked for by that.
     """
@@ -59,6 +62,7 @@ class AlgorithmSpec:
     alternatives: str = ''
     prepare: Callable[[Engine], None] | None = None
     weights: object = None
+    weights_by: Callable[[Profile, int], object] | None = None
     node_s: float | None = None
     digest: str = ''
 
@@ -75,6 +79,10 @@ class AlgorithmSpec:
         """
         return 0.0 if self.node_s is None and self.is_built_in else self.node_s
 
+    def own_weights(self, profile: Profile, open_bins: int) -> object:
+        """Its weights where none are tuned."""
+        return self.weights if self.weights_by is None else self.weights_by(profile, open_bins)
+
     def __call__(self, problem: Problem) -> Choice | None:
         """Decide.
 
@@ -85,7 +93,8 @@ class AlgorithmSpec:
         """
         if self.weights is not None and not isinstance(problem.weights, type(self.weights)):
             spec, profile = problem.bins[0].source.spec, problem.engine.profile
-            weights = weights_for(problem.tuned, self.name, self.weights, spec, profile)
+            own = self.own_weights(profile, len(problem.bins))
+            weights = weights_for(problem.tuned, self.name, own, spec, profile)
             problem = replace(problem, weights=weights)
         try:
             choice: object = self.decide(problem)
@@ -118,6 +127,7 @@ def algorithm(
     alternatives: str = '',
     prepare: Callable[[Engine], None] | None = None,
     weights: object = None,
+    weights_by: Callable[[Profile, int], object] | None = None,
     node_s: float | None = None,
 ) -> Callable[[A], A]:
     """Register the decorated function, which stays as it is, as the algorithm called ``name``.
@@ -140,7 +150,9 @@ def algorithm(
             msg = f'algorithm name {name!r} is taken by a built-in one: choose another'
             raise ValueError(msg)
         decide = check_function(name, function)
-        SPECS[name] = AlgorithmSpec(name, decide, backends, alternatives, prepare, weights, node_s)
+        SPECS[name] = AlgorithmSpec(
+            name, decide, backends, alternatives, prepare, weights, weights_by, node_s
+        )
         setattr(function, _ATTRIBUTE, SPECS[name])
         return function
 

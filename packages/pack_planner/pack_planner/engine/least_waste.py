@@ -1,7 +1,8 @@
 """Compiled search for the placements that waste least, of several boxes in one bin.
 
-It goes through the positions of :func:`pack_planner.engine.placements.all_spots`. Rules are looked
-at last, and the surroundings only where they could make a position one of the best.
+It goes through the positions of :func:`pack_planner.engine.placements.all_spots`. Resting corners
+are counted before anything is weighed, the other rules are looked at last, and the surroundings
+only where they could make a position one of the best.
 """
 
 from __future__ import annotations
@@ -131,6 +132,14 @@ def least_waste(  # type: ignore[no-untyped-def]
                     top = z + dz
                     if top > limit:
                         continue
+                    if z > 0 and min_vertices > 0:
+                        # few places have the corners, and none of the others lowers the bound
+                        resting = resting_vertices(
+                            boxes, owner, left, right, front, back, x, y, dx, dy, step, z,
+                            tolerance,
+                        )  # fmt: skip
+                        if resting < min_vertices:
+                            continue
                     waste += weights[TALL] * top / limit
                     area, spans = (x, y, x + dx, y + dy), (left, end_x, front, end_y)
                     waste += (
@@ -159,17 +168,12 @@ def least_waste(  # type: ignore[no-untyped-def]
                     )
                     if waste >= best[count - 1] or in_zone(refused, radius, turn, x, y, z):
                         continue
-                    if z > 0:
-                        resting = resting_vertices(
-                            boxes, owner, left, right, front, back, x, y, dx, dy, step, z,
-                            tolerance,
-                        )  # fmt: skip
-                        if resting < min_vertices:
-                            continue
-                        if varies and not well_supported(
+                    if z > 0 and varies:
+                        stands = well_supported(
                             boxes, bearing, (x, y, x, y), (dx, dy, dz), z, rule, centres[k],
                             sures[k], forces[box], slack, passed_on,
-                        ):  # fmt: skip
+                        )  # fmt: skip
+                        if not stands:
                             continue
                     place = count - 1
                     while place > 0 and best[place - 1] > waste:
