@@ -32,6 +32,7 @@ from arm_executor.motion.path import (
     within_limits,
 )
 from arm_executor.motion.planned import PlannedMotion
+from arm_executor.motion.slide_in import beside, slid_in
 from arm_executor.motion.stances import Stance, find_stances
 from arm_executor.motion.swing import Obstacles
 from arm_executor.motion.task import Site, Task, hover_point, largest, make_task
@@ -139,6 +140,7 @@ class MotionPlanner:
             self._start(q)
             return self._front.plan(request, q, site)
         task = make_task(request, site, self._layout)
+        task = replace(task, aside=beside(site, task))
         start = self._start(q)
         stances = find_stances(self.kinematics, self.timing, task, start.q, start.branch)
         if not stances:
@@ -286,12 +288,13 @@ class MotionPlanner:
         way = find_way(task, stance, begin, float(at[6]), d4)
         placed = ('the box in place', task.place, turned)
         checked: list[JointPath] = []
-        for leg, check in (
-            (way.approach, lambda path: self._bare_hit(task, path, *waiting)),
-            (way.carry, lambda path: self._carry_hit(task, path)),
-            (way.retreat, lambda path: self._bare_hit(task, path, *placed)),
+        straight = (0.0, 0.0)
+        for leg, aside, check in (
+            (way.approach, straight, lambda path: self._bare_hit(task, path, *waiting)),
+            (way.carry, task.aside, lambda path: self._carry_hit(task, path)),
+            (way.retreat, straight, lambda path: self._bare_hit(task, path, *placed)),
         ):
-            path = self._first_free(task, stance, styles, at, leg, check)
+            path = self._first_free(task, stance, styles, at, leg, aside, check)
             if isinstance(path, str):
                 return path
             checked.append(path)
@@ -305,6 +308,7 @@ class MotionPlanner:
         styles: Sequence[PathStyle],
         at: Array,
         leg: Callable[[PathStyle, Obstacles], list[Waypoint]],
+        aside: tuple[float, float],
         check: Callable[[JointPath], str | None],
     ) -> JointPath | str:
         """The boldest free path of one leg from ``at`` (7,), or what is in its way."""
@@ -313,6 +317,8 @@ class MotionPlanner:
         first = ''
         for style in styles:
             samples = rounded(leg(style, obstacles), style.corner, self._step)
+            if style.slant:
+                samples = slid_in(samples, aside)
             path = joint_path(self.kinematics, samples, stance.branch)
             follows = None if path is None else starting_at(path, at)
             hit = 'a joint limit' if follows is None else check(follows)

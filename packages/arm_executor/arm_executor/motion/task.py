@@ -70,6 +70,7 @@ class Task:
     hover : where the pad waits afterwards.
     over : about how high the pad goes in between, for estimates.
     front : what the box has to go through, when it cannot enter from above.
+    aside : how far beside its place, in x and y, the box comes down.
     """
 
     pick: Vec3
@@ -81,6 +82,7 @@ class Task:
     hover: Vec3
     over: float
     front: OpenFront | None
+    aside: tuple[float, float] = (0.0, 0.0)
 
 
 def hover_point(layout: Layout, belt_tops: Sequence[float] = ()) -> Vec3:
@@ -104,7 +106,7 @@ def make_task(request: PlaceRequest, site: Site, layout: Layout) -> Task:
     target = site.frame.to_cell(request.target)
     place_yaw = _upright_yaw(target, name, 'target')
     size = metres(request.box.size_mm)
-    ex, ey = _half_extent(size, place_yaw)
+    ex, ey = half_extent(size, place_yaw)
     x, y, z = target.position
     base = z - size[2] / 2
     under = _height_under(site, (x, y), (ex, ey), base, name)
@@ -183,7 +185,7 @@ def _upright_yaw(pose: Pose, box_id: str, what: str) -> float:
     return yaw_of(pose.quaternion)
 
 
-def _half_extent(size: Vec3, yaw: float) -> tuple[float, float]:
+def half_extent(size: Vec3, yaw: float) -> tuple[float, float]:
     """Half extents along x and y of a box turned by ``yaw``."""
     cosine, sine = abs(math.cos(yaw)), abs(math.sin(yaw))
     return (cosine * size[0] + sine * size[1]) / 2, (sine * size[0] + cosine * size[1]) / 2

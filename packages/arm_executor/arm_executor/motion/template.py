@@ -38,7 +38,7 @@ class PathStyle:
     """How boldly a path is drawn.
 
     ``corner`` is the distance within which corners are rounded, ``lift`` raises the way across,
-    ``slant`` lets a box go through an open front at an angle.
+    ``slant`` lets a box go through an open front at an angle, and come down beside its place.
     """
 
     corner: float
