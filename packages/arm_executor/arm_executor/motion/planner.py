@@ -32,7 +32,7 @@ from arm_executor.motion.path import (
     within_limits,
 )
 from arm_executor.motion.planned import PlannedMotion
-from arm_executor.motion.slide_in import beside, slid_in
+from arm_executor.motion.slide_in import STRAIGHT, beside, slid_in
 from arm_executor.motion.stances import Stance, find_stances
 from arm_executor.motion.swing import Obstacles
 from arm_executor.motion.task import Site, Task, hover_point, largest, make_task
@@ -150,8 +150,7 @@ class MotionPlanner:
                 f'({x:.3f}, {y:.3f}, {z:.3f}) m in bin {site.station}'
             )
             raise MotionError(ErrorCode.NO_IK_SOLUTION, msg)
-        likely = self._likely(request, q, site)
-        world = self._world
+        likely, world = self._likely(request, q, site), self._world
         belt = {f'box {box.id} on the belt': (box, pose) for box, pose in request.belt}
         try:
             for name, (box, pose) in belt.items():
@@ -288,12 +287,12 @@ class MotionPlanner:
         way = find_way(task, stance, begin, float(at[6]), d4)
         placed = ('the box in place', task.place, turned)
         checked: list[JointPath] = []
-        straight = (0.0, 0.0)
-        for leg, aside, check in (
-            (way.approach, straight, lambda path: self._bare_hit(task, path, *waiting)),
+        legs = (
+            (way.approach, STRAIGHT, lambda path: self._bare_hit(task, path, *waiting)),
             (way.carry, task.aside, lambda path: self._carry_hit(task, path)),
-            (way.retreat, straight, lambda path: self._bare_hit(task, path, *placed)),
-        ):
+            (way.retreat, STRAIGHT, lambda path: self._bare_hit(task, path, *placed)),
+        )
+        for leg, aside, check in legs:
             path = self._first_free(task, stance, styles, at, leg, aside, check)
             if isinstance(path, str):
                 return path
@@ -317,8 +316,7 @@ class MotionPlanner:
         first = ''
         for style in styles:
             samples = rounded(leg(style, obstacles), style.corner, self._step)
-            if style.slant:
-                samples = slid_in(samples, aside)
+            samples = slid_in(samples, aside if style.slant else STRAIGHT)
             path = joint_path(self.kinematics, samples, stance.branch)
             follows = None if path is None else starting_at(path, at)
             hit = 'a joint limit' if follows is None else check(follows)
@@ -382,8 +380,7 @@ class MotionPlanner:
         if hit is not None:
             return hit
         height = self.kinematics.tool(carry.q)[:, 2, 3]
-        lowering = int(np.nonzero(height > height.max() - _LEVEL)[0].max())
-        lowering_s = float(carry.times[lowering])
+        lowering_s = float(carry.times[np.nonzero(height > height.max() - _LEVEL)[0].max()])
         return PlannedMotion(approach, carry, retreat, lowering_s, paths.carry, stance)
 
     def _motion_hit(

@@ -1,9 +1,9 @@
 """Coming in beside the place: down in the middle of the gap, and aside into the place at the end.
 
-A box that goes straight down beside a neighbour, a hand's breadth of millimetres away, catches on
-its rim when one of them is a little larger, or stands a little askew, and is torn off the pad.
-Coming down in the middle of what is free it meets no rim; at the bottom it slides aside, face
-along face, where a few millimetres too many only press it on its neighbour. Metres, frame `cell`.
+A box that goes straight down a few millimetres beside a neighbour catches on its rim when one of
+them is a little larger, or stands a little askew, and is torn off the pad. Coming down in the
+middle of what is free it meets no rim; near the bottom it slides aside, face along face, where a
+few millimetres too many only press it on its neighbour. Metres, frame `cell`.
 """
 
 from __future__ import annotations
@@ -18,12 +18,15 @@ from pack_msgs_py.values import Walls
 
 Array = NDArray[np.float64]
 
+#: Not beside the place at all.
+STRAIGHT = (0.0, 0.0)
 #: A gap wider than this counts as so wide: nobody comes in more than half of it beside a place.
 _WIDE = 0.02
 #: What is no higher than this above the base of the box stands under it, or is passed over.
 _LOW = 0.005
-#: The box slides aside over the last so many metres of its way, four samples of a path.
-_OVER = 0.06
+#: The box moves aside over the last so many metres of its way, but for the last few millimetres:
+#: what is higher than it was scanned is met straight from above, or it would be dragged along.
+_OVER = 0.05
 
 
 def beside(site: Site, task: Task) -> tuple[float, float]:
@@ -32,7 +35,7 @@ def beside(site: Site, task: Task) -> tuple[float, float]:
     Nothing behind an open front, where a box comes in from before its place anyway.
     """
     if task.front is not None:
-        return (0.0, 0.0)
+        return STRAIGHT
     base = task.place[2] - task.size[2]
     low = np.array([box.low for box in site.boxes]).reshape(-1, 3)
     high = np.array([box.high for box in site.boxes]).reshape(-1, 3)
@@ -51,16 +54,15 @@ def beside(site: Site, task: Task) -> tuple[float, float]:
 def slid_in(samples: Array, aside: tuple[float, float]) -> Array:
     """``samples`` (n, 5) of a carry, waypoints, that come to their end from ``aside`` of it.
 
-    The shift is full above the last 6 cm, and gone at the end; it begins with the way down, in the
+    The shift is full above the last 5 cm, and gone at the end; it begins with the way down, in the
     second half of the way.
     """
-    if aside == (0.0, 0.0):
+    if aside == STRAIGHT:
         return samples
     pads = positions(samples)
     way = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(pads, axis=0), axis=1))]
     left = way[-1] - way
-    share = 1.0 - (1.0 - np.minimum(left / _OVER, 1.0)) ** 3
-    share *= _smooth(2.0 * (1.0 - left / way[-1]))
+    share = _smooth(left / _OVER) * _smooth(2.0 * (1.0 - left / way[-1]))
     pads[:, :2] += share[:, None] * np.array(aside)
     moved: Array = samples.copy()
     x, y = pads[:, 0] - samples[:, 0], pads[:, 1]

@@ -32,6 +32,9 @@ _AT_REST = 0.05
 _REST_S, _REST_AFTER_STOP_S = 0.02, 0.15
 #: Steps of physics between two looks at joints and grasp, and at what is touched.
 _LOOK_EVERY, _FEEL_EVERY = 6, 1
+#: An arm that runs into something goes back to where it was so many steps before: it would go on
+#: pressing, off the middle of the box, and the pad would peel.
+_BACK_OFF = 5
 #: In the last moment of a trajectory, its last centimetre, the held box may meet what it is to
 #: stand on: boxes are not quite as high as they were scanned.
 _LANDING_S = 0.06
@@ -113,7 +116,8 @@ class ArmDriver:
                 self._look(timed, index, load)
             if run is not None and index % _FEEL_EVERY == 0:
                 landing = timed.duration - time_s < _LANDING_S
-                self._feel(run.plan.request.box, landing=landing)
+                back = timed.q[max(0, index - _BACK_OFF)]
+                self._feel(run.plan.request.box, back, landing=landing)
         self.hold(_REST_S)
 
     def came_along(self, timed: Trajectory) -> bool:
@@ -162,15 +166,18 @@ class ArmDriver:
     def _lost(self) -> bool:
         return bool(self._gripper.lost_because) or self._gripper.slipped() > SLIP_DISTANCE
 
-    def _feel(self, box: Box, *, landing: bool) -> None:
-        """:class:`Interrupted` with ``COLLISION`` when the arm or its box runs into something."""
+    def _feel(self, box: Box, back: Array, *, landing: bool) -> None:
+        """:class:`Interrupted` with ``COLLISION`` when the arm or its box runs into something.
+
+        The arm goes ``back`` (7,) then.
+        """
         held = self._gripper.box_id == box.id and not landing
         body = self._world.boxes.get(box.id)
         # A box heavier than announced presses on the belt with what it really weighs.
         weight_kg = box.weight_kg if body is None else body.mass
         hit = collision(self._world, box.id, weight_kg * _GRAVITY, held=held)
         if hit is not None:
-            self._halt(self._world.joint_state()[0])
+            self._halt(back)
             self._check_grasp()
             raise Interrupted(ErrorCode.COLLISION, f'{hit}; look what is in the way')
 
@@ -198,7 +205,7 @@ class ArmDriver:
         self.hold(_REST_AFTER_STOP_S)
 
     def _halt(self, position: Array) -> None:
-        """Come to rest where the joints are: what is in the way may not be pushed."""
+        """Come to rest at ``position`` (7,): what is in the way may not be pushed."""
         self.commanded = position
         self.hold(_REST_AFTER_STOP_S)
         self.commanded, _ = self._world.joint_state()
