@@ -13,6 +13,7 @@ from collections.abc import Sequence
 
 import pybullet
 
+from arm_executor.arms.physics.contacts import touched_by
 from arm_executor.arms.physics.world import PhysicsWorld
 from arm_executor.model.layout import Tool
 from arm_executor.model.suction import Pad, PadLoad, overload, pad_on
@@ -166,7 +167,8 @@ class SuctionGripper:
             return
         too_much = overload(self._pad, load)
         if too_much is not None:
-            self.lost_because = too_much
+            touched = touched_by(self._world, self.box_id or '')
+            self.lost_because = f'{too_much}, while the box touched {touched}'
             self._part()
 
     def _axes(self) -> Sequence[float]:
