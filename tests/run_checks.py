@@ -30,6 +30,7 @@ def replay(cell: CellProcess) -> dict[int, list[PlacedBox]]:
                 tuple(row['size_mm']),
                 row['weight_kg'],
                 size_stddev_mm=tuple(row['size_stddev_mm']),
+                yaw_stddev_rad=row['yaw_stddev_rad'],
             ),
             tuple(row['position_mm']),
             tuple(row['placed_size_mm']),

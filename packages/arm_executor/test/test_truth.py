@@ -109,6 +109,27 @@ def test_a_box_that_is_not_as_large_as_scanned_keeps_to_its_reserved_space(orien
         assert judged == (ErrorCode.NONE, '')
 
 
+@pytest.mark.parametrize(
+    ('sigma_mm', 'yaw_rad', 'far_mm'),
+    [(2.0, 0.0, 2.0), (0.0, 0.01, 0.0), (2.0, 0.01, 0.90), (0.0, 0.0, 0.0)],
+)
+def test_what_a_box_may_lie_askew_is_kept_on_either_side(sigma_mm, yaw_rad, far_mm):
+    box = replace(
+        BOX,
+        size_mm=(300.0, 200.0, 150.0),
+        size_stddev_mm=(sigma_mm,) * 3,
+        yaw_stddev_rad=yaw_rad,
+    )
+    target = make_decision(box).target
+    far_m = far_side_m(box, pick_of(box), target, 2.0)
+    assert 1000 * far_m == pytest.approx(far_mm, abs=0.01)
+    near_mm = math.hypot(sigma_mm, 300 * yaw_rad) - 1000 * far_m
+    askew_mm = 150 * yaw_rad
+    if sigma_mm and yaw_rad:
+        beyond_mm = near_mm + 2000 * far_m
+        assert near_mm / askew_mm == pytest.approx(beyond_mm / math.hypot(sigma_mm, askew_mm))
+
+
 def test_a_box_taken_by_its_front_is_taken_where_it_was_scanned():
     box = replace(BOX, size_stddev_mm=(2.0, 2.0, 2.0))
     assert far_side_m(box, pick_of(box), Pose((0.2, 0.2, 0.1), QUATERNIONS['xzy']), 2.0) == 0.0

@@ -30,11 +30,8 @@ def test_edges_and_weight_are_off_as_much_as_asked_and_the_deviation_is_told():
     yaws = [scanner.yaw_rad(n) for n in range(4000)]
     assert statistics.pstdev(yaws) == pytest.approx(math.radians(0.5), rel=0.05)
     for box in seen[:20]:
-        x, y, z = box.size_mm
-        askew = [math.radians(0.5) * max(others) for others in ((y, z), (x, z), (x, y))]
-        assert box.size_stddev_mm == pytest.approx([math.hypot(2.0, more) for more in askew])
-    straight = Scanner(ScannerNoise(2.0), seed=1)
-    assert straight.measure(BOX, 1).size_stddev_mm == (2.0, 2.0, 2.0)
+        assert box.size_stddev_mm == (2.0, 2.0, 2.0)
+        assert box.yaw_stddev_rad == pytest.approx(math.radians(0.5))
 
 
 def test_a_second_scan_is_another_measurement_and_each_can_be_repeated():
@@ -57,7 +54,8 @@ def test_the_scan_tells_what_was_measured_and_the_physics_what_is_true():
     true = {scanned.box.id: scanned for scanned in cell.conveyor.true_boxes(cell.now)}
     for item in cell.scan().boxes:
         assert item.box.size_mm != SIZE
-        assert min(item.box.size_stddev_mm) > 2.0
+        assert item.box.size_stddev_mm == (2.0, 2.0, 2.0)
+        assert item.box.yaw_stddev_rad == pytest.approx(math.radians(0.5))
         assert true[item.box.id].box in rows
         x, y, z = true[item.box.id].pose.position
         assert (x, y, z) == pytest.approx((0.0, 0.55 + 0.1, 0.75 + 0.05))

@@ -38,6 +38,8 @@ def box_from_data(data: object) -> Box:
         for name in ('size_mm', 'com_offset_mm', 'size_stddev_mm'):
             if name in values:
                 values[name] = _vec3(f'box {name}', values[name])
+        if 'yaw_stddev_rad' in values:
+            values['yaw_stddev_rad'] = check_finite('box yaw_stddev_rad', values['yaw_stddev_rad'])
         values['extra'] = tuple((str(key), str(text)) for key, text in values.get('extra', ()))
         return check_box(Box(**values))
     except InvalidValue:

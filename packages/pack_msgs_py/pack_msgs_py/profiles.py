@@ -33,8 +33,9 @@ class Profile:
     max_payload_kg : heaviest box the arm may lift; ``None`` for no limit.
     max_bin_weight_kg : heaviest total of a bin; ``None`` for no limit.
     check_top_load : whether ``Box.max_top_load_n`` is honoured down the stack.
-    size_sigmas : how many standard deviations of its measured size are added to the footprint of a
-        box, so that the true box fits; heights are taken as measured (docs/decisions.md).
+    size_sigmas : how many standard deviations of the room that a box takes up, by its measured size
+        and the angle at which it lies, are added to its footprint, so that the true box fits;
+        heights are taken as measured (docs/decisions.md).
     """
 
     name: str
@@ -152,6 +153,8 @@ def planned_size(box: Box, orientation: str, profile: Profile) -> Int3:
     """
     dx, dy, dz = oriented_size(box.size_mm, orientation)
     sx, sy, _ = oriented_size(box.size_stddev_mm, orientation)
+    # A box that lies askew by a small angle takes up that share of its length across.
+    sx, sy = math.hypot(sx, box.yaw_stddev_rad * dy), math.hypot(sy, box.yaw_stddev_rad * dx)
     margin, sigmas = profile.clearance_mm, profile.size_sigmas
     return (
         _round_up(dx + margin + sigmas * sx, profile.resolution_mm),

@@ -17,6 +17,7 @@ Int3 = tuple[int, int, int]
 MAX_EDGE_MM = 10_000.0
 MAX_WEIGHT_KG = 10_000.0
 MAX_STDDEV_MM = 1000.0
+MAX_YAW_STDDEV_RAD = 0.2
 MAX_TOP_LOAD_N = 1e7
 
 #: Faces that may point up; a box's ``allowed_up`` is a bitwise OR of these.
@@ -42,6 +43,7 @@ class Box:
     size_stddev_mm : one standard deviation of the measured edges; 0 when not estimated.
     extra : what others know of it, such as `barcode`, `sku`, `order_id`, and further columns of a
         box file: kept as it came; no decision rests on it.
+    yaw_stddev_rad : one standard deviation of the angle about the vertical at which it lies.
     """
 
     id: str
@@ -53,6 +55,7 @@ class Box:
     destination: str = ''
     size_stddev_mm: Vec3 = (0.0, 0.0, 0.0)
     extra: tuple[tuple[str, str], ...] = field(default=(), compare=False)
+    yaw_stddev_rad: float = 0.0
 
     @property
     def volume_mm3(self) -> float:
@@ -264,6 +267,12 @@ def check_box(box: Box) -> Box:
                 f'it must be 0 to {MAX_STDDEV_MM:g}'
             )
             raise ValueError(msg)
+    if not 0 <= box.yaw_stddev_rad <= MAX_YAW_STDDEV_RAD:
+        msg = (
+            f'box {box.id!r}: standard deviation of the yaw is {box.yaw_stddev_rad:g} rad; '
+            f'it must be 0 to {MAX_YAW_STDDEV_RAD:g}'
+        )
+        raise ValueError(msg)
     load = box.max_top_load_n
     if load is not None and not 0 <= load <= MAX_TOP_LOAD_N:
         msg = f'box {box.id!r}: max_top_load is {load:g} N; it must be 0 to {MAX_TOP_LOAD_N:g}'

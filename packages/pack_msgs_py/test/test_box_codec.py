@@ -50,6 +50,7 @@ boxes = st.builds(
     max_top_load_n=st.none() | st.floats(0.0, 1e4),
     destination=st.sampled_from(['', 'north', 'süd']),
     size_stddev_mm=st.tuples(*[st.floats(0.0, 5.0)] * 3),
+    yaw_stddev_rad=st.floats(0.0, 0.2),
     extra=st.lists(st.tuples(st.text(max_size=5), st.text(max_size=5)), max_size=2).map(tuple),
 )
 millimetres = st.integers(0, 2000)
@@ -74,13 +75,14 @@ def test_every_pose_comes_back(position, quaternion):
     assert pose_from_json(pose_to_json(pose)) == pose
 
 
-def test_boxes_and_placed_boxes_of_release_0_1_are_read_and_written_in_the_same_form():
+def test_boxes_and_placed_boxes_of_release_0_1_are_read_and_written_with_what_is_new_behind():
     assert box_from_json(FULL_BY_0_1) == FULL
     assert box_from_json(FULL_BY_0_1).extra == FULL.extra
-    assert box_to_json(FULL) == FULL_BY_0_1
+    written = FULL_BY_0_1[:-1] + ', "yaw_stddev_rad": 0.0}'
+    assert box_to_json(FULL) == written
     placed = PlacedBox(FULL, (0, 0, 0), (210, 310, 100), 'yxz')
     assert placed_from_json(PLACED_BY_0_1) == placed
-    assert placed_to_json(placed) == PLACED_BY_0_1
+    assert placed_to_json(placed) == PLACED_BY_0_1.replace(FULL_BY_0_1, written)
 
 
 def test_both_forms_of_a_pose_in_release_0_1_are_read():

@@ -54,7 +54,7 @@ def test_an_unknown_top_load_survives():
 
 
 def test_a_scan_survives():
-    box = replace(BOX, size_stddev_mm=(2.0, 2.0, 1.5))
+    box = replace(BOX, size_stddev_mm=(2.0, 2.0, 1.5), yaw_stddev_rad=0.005)
     item = ScannedBox(box, POSE, 12.5, None, 1.25, 3)
     scan = Scan(7, 100.25, (item,), 'cell', (0.0, -1.0, 0.0), 12, 28)
     assert conv.scan_from_ros(conv.scan_to_ros(scan)) == (scan, [])

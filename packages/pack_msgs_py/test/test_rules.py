@@ -174,6 +174,15 @@ def test_the_footprint_keeps_a_margin_for_the_error_of_the_scanner_where_the_pro
     assert planned_size(box, 'yxz', PAPER) == (390, 590, 280)
 
 
+def test_a_box_that_may_lie_askew_keeps_more_room_across_than_along():
+    box = Box('a', (592.0, 192.0, 270.0), size_stddev_mm=(2.0, 2.0, 2.0), yaw_stddev_rad=0.01)
+    fine = replace(PROFILES['cell'], resolution_mm=1)
+    # Along it 592 + 4 + 2 * hypot(2, 1.92), across it 192 + 4 + 2 * hypot(2, 5.92).
+    assert planned_size(box, 'xyz', fine) == (602, 209, 270)
+    assert planned_size(box, 'yxz', fine) == (209, 602, 270)
+    assert planned_size(box, 'xyz', PAPER) == (600, 200, 270)
+
+
 def test_unknown_profiles_and_orientation_rules_are_refused():
     with pytest.raises(ValueError, match='paper, cell'):
         find_profile('lab')

@@ -3,11 +3,13 @@
 On the belt a box lies against a guide, so that all that the scanner is wrong about its depth is on
 the far side. What is reserved in the bin has the margin for it half on each side. So the pad does
 not take the middle of the box as it was scanned, but of the space that it may take up: the
-guide's face to the scanned far side plus the whole margin.
+guide's face to the scanned far side plus the whole margin for that. The margin for the angle at
+which it may lie stays on both sides.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from arm_executor.goals.place_goal import PlaceGoal
@@ -67,17 +69,22 @@ def neighbours(goal: PlaceGoal, scan: Scan | None) -> tuple[tuple[Box, Pose], ..
 def far_side_m(box: Box, pick: Pose, target: Pose, size_sigmas: float) -> float:
     """How far behind its scanned middle the pad takes ``box``, along y of `cell`, metres.
 
-    Half of ``size_sigmas`` standard deviations of the edge that lies along y at ``pick``; nothing
-    where another face than the top at ``pick`` is up at ``target``, since that box is taken by
-    its front.
+    Half of ``size_sigmas`` standard deviations of the edge that lies along y at ``pick``, less
+    where the box may lie askew: that takes of the margin on either side, and both sides are to
+    bear as many standard deviations. Nothing where another face than the top at ``pick`` is up at
+    ``target``, since that box is taken by its front.
     """
     if not stands_upright(_turn(pick, target)):
         return 0.0
-    along_y = rotation_matrix(pick.quaternion)[1]
-    sigma_mm = sum(
-        abs(share) * sigma for share, sigma in zip(along_y, box.size_stddev_mm, strict=True)
-    )
-    return size_sigmas * sigma_mm / 2e3
+    along_x, along_y, _ = rotation_matrix(pick.quaternion)
+    depth_mm = _along(along_y, box.size_stddev_mm)
+    askew_mm = box.yaw_stddev_rad * _along(along_x, box.size_mm) / 2
+    far_mm = math.hypot(depth_mm, askew_mm)
+    if not far_mm:
+        return 0.0
+    margin_mm = size_sigmas * math.hypot(depth_mm, 2 * askew_mm) / 2
+    even_mm = margin_mm * (far_mm - askew_mm) / (far_mm + askew_mm)
+    return min(size_sigmas * depth_mm / 2, even_mm) / 1e3
 
 
 def aside_in_bin(box: Box, pick: Pose, target: Pose, size_sigmas: float) -> Vec3:
@@ -105,6 +112,11 @@ def request_of(
     far_m = far_side_m(decision.box, goal.pick, decision.target, size_sigmas)
     grasped = Pose((x, y + far_m, z), goal.pick.quaternion)
     return PlaceRequest(decision.box, grasped, station, decision.target, neighbours(goal, scan))
+
+
+def _along(axis: Vec3, edges: Vec3) -> float:
+    """Length along ``axis`` of what has ``edges``."""
+    return sum(abs(share) * edge for share, edge in zip(axis, edges, strict=True))
 
 
 def _turn(pick: Pose, target: Pose) -> Quaternion:

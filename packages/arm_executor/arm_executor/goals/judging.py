@@ -47,15 +47,17 @@ def judge(
     placed : the box as it was planned.
     expected : where it should rest (:func:`expected_rest`).
     tolerance : what still counts as placed, by a scanner without error.
-    size_sigmas : so many standard deviations of a size may the scanner be wrong by: the middle of
-        the box may then be half as far from that of the scanned one.
+    size_sigmas : so many standard deviations of size and angle may the scanner be wrong by: the
+        middle of the box, or its ends, may then be half as far from those of the scanned one.
     slack_s : time left until the deadline, negative when it was missed.
     """
     box_id = placed.box.id
     if result.measured is None:
         return ErrorCode.PLACED_OUT_OF_TOLERANCE, f'box {box_id!r} could not be measured'
     box = placed.box
-    size_m, scan_error_m = metres(box.size_mm), size_sigmas * math.hypot(*box.size_stddev_mm) / 2e3
+    askew_mm = box.yaw_stddev_rad * math.hypot(*box.size_mm)
+    scan_error_m = size_sigmas * math.hypot(*box.size_stddev_mm, askew_mm) / 2e3
+    size_m = metres(box.size_mm)
     tolerance = replace(tolerance, position_m=tolerance.position_m + scan_error_m)
     misplaced = tolerance.out_of_place(box_id, size_m, expected, result.measured)
     if misplaced:

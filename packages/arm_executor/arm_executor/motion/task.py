@@ -134,9 +134,11 @@ def make_task(request: PlaceRequest, site: Site, layout: Layout) -> Task:
 
 
 def largest(box: Box, size: Vec3) -> Vec3:
-    """``size`` of ``box`` with one standard deviation of the scanner on its sides."""
+    """``size`` of ``box`` with one standard deviation of the room that it takes up on its sides."""
     length, breadth, height = size
     along, across, _ = metres(box.size_stddev_mm)
+    yaw = box.yaw_stddev_rad
+    along, across = math.hypot(along, yaw * breadth), math.hypot(across, yaw * length)
     return (length + along, breadth + across, height)
 
 

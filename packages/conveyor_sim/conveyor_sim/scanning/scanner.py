@@ -9,7 +9,7 @@ import math
 import random
 from dataclasses import dataclass, replace
 
-from pack_msgs_py.values import Box, Vec3
+from pack_msgs_py.values import Box
 
 #: Sizes and weights come in steps of this, millimetres and kilograms.
 _STEP_MM, _STEP_KG = 0.1, 0.001
@@ -53,7 +53,6 @@ class Scanner:
             sizes = (x, y, z)
         if noise.weight_kg:
             weight = max(_STEP_KG, _stepped(weight + _error(rng, noise.weight_kg), _STEP_KG))
-        deviation = self._deviation(sizes)
         limits = tuple(edge / 2 for edge in sizes)
         com = tuple(
             max(-limit, min(limit, offset))
@@ -64,19 +63,9 @@ class Scanner:
             size_mm=sizes,
             weight_kg=weight,
             com_offset_mm=(com[0], com[1], com[2]),
-            size_stddev_mm=deviation,
+            size_stddev_mm=(noise.size_mm,) * 3,
+            yaw_stddev_rad=math.radians(noise.yaw_deg),
         )
-
-    def _deviation(self, sizes: Vec3) -> Vec3:
-        """Of the room that each edge takes up, mm: a box that lies askew takes up more.
-
-        Which way up it is going to stand is not known yet: the longer of the other edges counts.
-        """
-        yaw = math.radians(self.noise.yaw_deg)
-        x, y, z = sizes
-        across = (max(y, z), max(x, z), max(x, y))
-        dx, dy, dz = (math.hypot(self.noise.size_mm, yaw * other) for other in across)
-        return (dx, dy, dz)
 
     def yaw_rad(self, ordinal: int, attempt: int = 1) -> float:
         """At what angle the box really lies."""

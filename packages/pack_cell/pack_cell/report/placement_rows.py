@@ -37,6 +37,7 @@ def placement_row(
         'box_id': box_id,
         'size_mm': list(box.size_mm) if box else None,
         'size_stddev_mm': list(box.size_stddev_mm) if box else None,
+        'yaw_stddev_rad': box.yaw_stddev_rad if box else None,
         'true_size_mm': list(true.size_mm) if true else None,
         'weight_kg': box.weight_kg if box else None,
         'destination': box.destination if box else None,

@@ -82,6 +82,7 @@ def box_to_ros(box: Box) -> BoxMsg:
         max_top_load=-1.0 if box.max_top_load_n is None else float(box.max_top_load_n),
         destination=box.destination,
         size_stddev=vector_to_ros(box.size_stddev_mm, 1e-3),
+        yaw_stddev=float(box.yaw_stddev_rad),
         attributes=attributes_to_ros(box.extra),
     )
 
@@ -100,6 +101,7 @@ def box_from_ros(msg: BoxMsg) -> Box:
             max_top_load_n=None if load < 0 else load,
             destination=check_name('destination', msg.destination),
             size_stddev_mm=tidy(vector_from_ros('size_stddev', msg.size_stddev, 1e3)),
+            yaw_stddev_rad=check_finite(f'{name} yaw_stddev', msg.yaw_stddev),
             extra=attributes_from_ros(f'{name} attributes', msg.attributes),
         )
     )
