@@ -91,7 +91,7 @@ PROFILES: dict[str, Profile] = {
     'dense': Profile(
         'dense',
         resolution_z_mm=1,
-        clearance_mm=4.0,
+        clearance_mm=2.0,
         orientations=UPRIGHT_OR_TIPPED,
         min_vertices=0,
         support_tolerance_mm=2,
