@@ -21,8 +21,9 @@ from pack_msgs_py.values import Vec3
 Array = NDArray[np.float64]
 
 #: Least distances, metres: of the arm's round links, of the pad, of the carried box. The last two
-#: are below half a profile's clearance to a wall (2 mm), and pad and box are checked that much
-#: larger: PyBullet reports two boxes only once they overlap, round shapes already before.
+#: are no more than half of the least clearance, which is what a wall has (1 mm), and pad and box
+#: are checked that much larger: PyBullet reports two boxes only once they overlap, round shapes
+#: already before.
 ARM_MARGIN, PAD_MARGIN, BOX_MARGIN = 0.005, 0.001, 0.001
 #: The same while the box goes across, and how far from its ends that begins, seen from above:
 #: only straight up and down does it pass its neighbours closely.

@@ -12,7 +12,7 @@ from dataclasses import replace
 from pack_msgs_py.geometry.footprint import measured_footprint
 from pack_msgs_py.values import BinSpec, PlacedBox
 
-#: A box may stick out by so much, mm: that leaves half of the least margin of what comes beside it.
+#: A box may stick out by so much, mm: that leaves a third of the margin of what comes beside it.
 STICKS_OUT_MM = 2.0
 
 
