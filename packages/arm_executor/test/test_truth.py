@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import shutil
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,7 +23,7 @@ from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.geometry.resting import resting_pose
 from pack_msgs_py.geometry.tolerance import Tolerance
-from pack_msgs_py.orientation import QUATERNIONS, oriented_size
+from pack_msgs_py.orientation import QUATERNIONS, TIPPED, oriented_size
 from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Bin
 
@@ -156,6 +157,17 @@ def test_what_rests_farther_off_than_scanner_and_tolerance_allow_is_out_of_place
 def test_a_pad_that_finds_no_box_gets_no_vacuum():
     result, picked, arm = place(true_box(aside_m=0.6))
     assert (result.code, picked, arm.holds()) == (ErrorCode.GRASP_FAILED, False, None)
+
+
+def test_the_arm_meets_a_box_as_it_lies_on_the_tray_though_that_is_told_behind_the_scan():
+    truth, flat = Truth(), true_box()
+    tipped = Pose(flat.pose.position, QUATERNIONS[TIPPED['y']])
+    truth.update([flat])
+    with ThreadPoolExecutor(1) as threads:
+        met = threads.submit(truth.lying, BOX.id, tipped)
+        truth.update([TrueBox(flat.box, tipped)])
+        assert met.result().pose == tipped
+    assert truth.lying('another', tipped) is None
 
 
 @pytest.mark.parametrize(

@@ -169,7 +169,7 @@ class TimedArm:
             msg = f'box {box_id!r}: the arm fails, as asked for'
             raise RuntimeError(msg)
         spent: dict[Phase, float] = {}
-        true = self._truth.find(box_id)
+        true = self._truth.lying(box_id, request.pick)
         released = False
         self._at = self._cell.home  # wherever it ends early
         for phase, duration in phases_of(plan.detail).items():

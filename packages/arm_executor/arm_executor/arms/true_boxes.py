@@ -16,6 +16,7 @@ from pathlib import Path
 from arm_executor.model.arm_interface import PlaceRequest
 from pack_msgs_py.box_codec import box_from_data, box_to_data, pose_from_data, pose_to_data
 from pack_msgs_py.geometry.pose import Pose, conjugate, quaternion_product, rotated, upright_axis
+from pack_msgs_py.picking import lies_as
 from pack_msgs_py.values import Box
 
 FILE_NAME = 'true_boxes.json'
@@ -25,6 +26,8 @@ WEIGHT_SHARE, WEIGHT_KG = 0.15, 0.15
 #: The light curtain over the pick point notices an edge that is so far off, millimetres, and so
 #: many standard deviations of the scanner.
 EDGE_MM, EDGE_SIGMAS = 15.0, 6.0
+#: So long the list of true boxes may come behind the scan, seconds.
+_NEWS_S = 1.0
 
 
 @dataclass(frozen=True)
@@ -44,7 +47,7 @@ class Truth:
 
     def __init__(self, folder: str | Path = '') -> None:
         self._path = Path(folder).expanduser() / FILE_NAME if str(folder) else None
-        self._lock = threading.Lock()
+        self._lock = threading.Condition()
         self._on_belt: dict[str, TrueBox] = {}
         self._picked: dict[str, TrueBox] = {}
         if self._path is not None and self._path.exists():
@@ -54,11 +57,25 @@ class Truth:
         """These are on the belt now."""
         with self._lock:
             self._on_belt = {true.box.id: true for true in boxes}
+            self._lock.notify_all()
 
     def find(self, box_id: str) -> TrueBox | None:
         """The box called ``box_id``: as it is on the belt, else as it was picked."""
         with self._lock:
             return self._on_belt.get(box_id) or self._picked.get(box_id)
+
+    def lying(self, box_id: str, pick: Pose) -> TrueBox | None:
+        """As :meth:`find`, once that has the face up which is up at ``pick``; else after a second.
+
+        The scan that shows a box on the tray and the list of true boxes are two messages.
+        """
+        with self._lock:
+            self._lock.wait_for(lambda: self._lies(box_id, pick), _NEWS_S)
+        return self.find(box_id)
+
+    def _lies(self, box_id: str, pick: Pose) -> bool:
+        true = self._on_belt.get(box_id)
+        return true is None or lies_as(true.pose, pick)
 
     def box(self, scanned: Box) -> Box:
         """The true box behind ``scanned``; that itself when nothing else is known."""

@@ -189,7 +189,7 @@ class PhysicsExecution:
 
     def _bring(self, box: Box, pick: Pose) -> None:
         """As the belt does: have ``box``, as it really is, at the pick point."""
-        true = self._truth.find(box.id)
+        true = self._truth.lying(box.id, pick)
         if true is not None:
             self.present(true.box, true.pose)
         elif self._presented == box.id:
