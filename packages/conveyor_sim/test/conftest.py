@@ -7,6 +7,7 @@ import threading
 import pytest
 import rclpy
 
+from conveyor_sim.streams import Reading, read_boxes
 from pack_msgs.msg import BinState, BinStateArray, BoxEvent, BoxScan, PlacementDecision
 from pack_msgs_py.ros.conversions import scan_from_ros
 from pack_msgs_py.ros.qos import TOPICS
@@ -14,6 +15,18 @@ from pack_msgs_py.ros.testing import Spinner
 
 #: Nothing takes that long, also on a busy machine.
 TIMEOUT_S = 30.0
+
+
+@pytest.fixture
+def read(tmp_path):
+    """Read a text, or bytes, as a box list of that name."""
+
+    def _read(text, name='list.csv', **reading):
+        path = tmp_path / name
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return read_boxes(path, Reading(**reading))
+
+    return _read
 
 
 @pytest.fixture

@@ -134,7 +134,7 @@ def test_boxes_of_one_id_are_numbered_and_their_id_is_kept_as_the_article(write)
     names = [entry.id if isinstance(entry, Box) else entry.box_id for entry in found.entries]
     assert names == ['a/1_', 'a/2', 'a/1', 'a/3'], 'an event about one of them can mean no other'
     assert dict(found.entries[0].extra)['sku'] == 'a'
-    assert any('1 names stand for more than one box' in note for note in found.notes)
+    assert any('1 name stands for more than one box' in note for note in found.notes)
 
 
 def test_supermarket_columns_give_unique_ids(write):

@@ -16,6 +16,9 @@ from conveyor_sim.streams.box_records import (
 )
 from conveyor_sim.streams.columns import (
     AXES,
+    DENSEST_KG_PER_LITRE,
+    MM3_PER_LITRE,
+    THINNEST_MM,
     Columns,
     ColumnUse,
     column_called,
@@ -29,8 +32,6 @@ from pack_msgs_py.values import MAX_EDGE_MM, MAX_WEIGHT_KG, UP_ANY, UP_POS_Z, Bo
 
 #: An id in a file may be this long; numbers of pieces and repetition of the stream append to it.
 MAX_ID_LENGTH = 180
-#: Edges below this are rarely meant, mm.
-_THINNEST_MM = 2.0
 
 _YES = frozenset(
     ('yes', 'y', 'true', 't', '1', 'x', 'ja', 'j', 'oui', 'o', 'si', 'sì', 'sí', 's', 'sim', 'tak',
@@ -42,6 +43,8 @@ _NO = frozenset(
 )  # fmt: skip
 #: What is understood and stays with the box all the same.
 _KEPT = ('source', 'sequence', 'target')
+#: A long number as a spreadsheet shows it, and loses its last digits when it saves it so.
+_SPOILT = re.compile(r'\d[.,]\d+E\+\d+')
 _UP_WORDS = {'any': UP_ANY, 'upright': UP_POS_Z}
 
 
@@ -154,31 +157,40 @@ class _BoxMaker:
         several = {stem: n for stem, n in self._totals.items() if stem and n > 1}
         if several:
             stem, count = next(iter(several.items()))
+            names = '1 name stands' if len(several) == 1 else f'{len(several)} names stand'
             yield (
-                f'{len(several)} names stand for more than one box, which are numbered: '
+                f'{names} for more than one box, which are numbered: '
                 f'{stem}/1 to {stem}/{count}' + (' and so on' if len(several) > 1 else '')
             )
+        spoilt = [stem for stem in self._totals if _SPOILT.fullmatch(stem)]
+        if spoilt:
+            yield f'a spreadsheet has shortened ids such as {spoilt[0]}: which box is which?'
         none = sum(pieces == 0 for pieces in self._pieces)
         if none:
-            yield f'{none} rows ask for no box: their quantity is 0'
+            yield f'{_rows(none, "ask", "asks")} for no box: the quantity is 0'
         if 'weight' not in self._uses:
             yield 'no column of weights: boxes weigh 1 kg per 6000 cm3'
         else:
             blank = sum(not self._uses['weight'].text(row) for row in self._table.rows)
             if blank:
-                yield f'{blank} rows have no weight: their boxes weigh 1 kg per 6000 cm3'
+                yield f'{_rows(blank, "have", "has")} no weight: the boxes weigh 1 kg per 6000 cm3'
         yield from self._size_notes()
 
     def _size_notes(self) -> Iterator[str]:
-        thin = 0
+        thin = dense = 0
+        weight = self._uses.get('weight')
         for row in self._table.rows:
             try:
-                edges = [self._uses[axis].value(row) for axis in AXES]
+                edges = [self._uses[axis].value(row) or 0.0 for axis in AXES]
+                mass = (weight.value(row) if weight else None) or 0.0
             except BadNumber:
                 continue
-            thin += any(edge is not None and 0 < edge < _THINNEST_MM for edge in edges)
+            thin += any(0 < edge < THINNEST_MM for edge in edges)
+            dense += 0 < math.prod(edges) * DENSEST_KG_PER_LITRE < mass * MM3_PER_LITRE
         if thin:
-            yield f'{thin} rows have an edge below {_THINNEST_MM:g} mm: are units right?'
+            yield f'{_rows(thin, "have", "has")} an edge below {THINNEST_MM:g} mm: are units right?'
+        if dense:
+            yield f'{_rows(dense, "are", "is")} heavier than gold: are units right?'
 
     # -- names ----------------------------------------------------------------------------------
 
@@ -339,9 +351,14 @@ class _BoxMaker:
         if load is not None and load < 0:
             use = self._uses['max_top_load']
             raise _BadCell(use.header, use.text(row), 'must not be negative')
-        if self._flag(row, 'fragile') or self._flag(row, 'stackable') is False:
+        bare = self._flag(row, 'fragile'), self._flag(row, 'unstackable')
+        if any(bare) or self._flag(row, 'stackable') is False:
             return 0.0
         return load
+
+
+def _rows(count: int, many: str, one: str) -> str:
+    return f'1 row {one}' if count == 1 else f'{count} rows {many}'
 
 
 @dataclass(frozen=True)

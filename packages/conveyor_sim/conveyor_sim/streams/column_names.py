@@ -53,13 +53,22 @@ _SYNONYMS = {
     ),
     'weight': (
         'weight, weights, wt, mass, Gewicht, Masse, poids, peso, waga, masa, hmotnost, vikt, vægt, '
-        'vaegt, vekt, paino, ağırlık, вес, масса, 重量, 重さ, 質量, 무게'
+        'vaegt, vekt, paino, ağırlık, вес, масса, 重量, 重さ, 質量, 무게, Bruttogewicht, '
+        'Stückgewicht, Einzelgewicht, Kartongewicht, Paketgewicht, Versandgewicht, net weight, '
+        'Nettogewicht, Gewicht netto, poids net, peso neto, peso netto'
     ),
     'quantity': (
         'quantity, quantities, qty, count, copies, pieces, pcs, pc, number of boxes, no of boxes, '
         'Menge, Anzahl, Stück, Stueck, Stk, Stückzahl, Stueckzahl, quantité, qté, cantidad, cant, '
         'quantità, qta, quantidade, qtd, aantal, ilość, szt, množství, počet, antal, määrä, adet, '
-        'miktar, количество, кол во, 数量, 個数, 수량'
+        'miktar, количество, кол во, 数量, 個数, 수량, order qty, ordered qty, qty ordered, '
+        'order quantity, quantity ordered, ordered quantity, Bestellmenge, Auftragsmenge, '
+        'Liefermenge, boxes, cartons, cases, packages, parcels, pkgs, box count, '
+        'carton count, case count, package count, parcel count, num boxes, num pkgs, num cartons, '
+        'number of cartons, number of cases, number of packages, number of parcels, '
+        'number of pieces, no of cartons, no of cases, no of packages, no of parcels, '
+        'no of pieces, Kartons, Pakete, Packstücke, Kolli, Colli, Anzahl Kartons, Anzahl Pakete, '
+        'Anzahl Packstücke, Anzahl Kolli, nombre de colis, nb colis, bultos'
     ),
     'id': (
         'id, box id, boxid, box no, box number, box, carton id, cartonid, carton no, carton, '
@@ -96,6 +105,11 @@ _SYNONYMS = {
         'stackable, is stackable, can be stacked, stacking allowed, stapelbar, gerbable, '
         'empilable, apilable, impilabile, empilhável, stapelbaar'
     ),
+    'unstackable': (
+        'do not stack, non stackable, not stackable, unstackable, no stacking, nothing on top, '
+        'no load on top, nicht stapelbar, non gerbable, no apilable, non impilabile, '
+        'niet stapelbaar'
+    ),
     'max_top_load': (
         'max top load, max load on top, top load, load on top, max stack load, max stack weight, '
         'max weight on top, max top weight, max weight above, '
@@ -117,6 +131,11 @@ _QUALIFIERS = frozenset(
      'artikel', 'stueck', 'stuck', 'verpackung', 'exterieur', 'externe', 'brut', 'unitaire',
      'colis', 'exterior', 'bruto', 'unitario', 'caja', 'dimensions', 'dimension', 'dims', 'size',
      'sizes', 'dim', 'measured', 'actual', 'edge')
+)  # fmt: skip
+#: Words of what holds pieces: a number of pieces in one box is no number of boxes.
+_HOLDERS = frozenset(
+    ('per', 'pro', 'par', 'por', 'je', 'box', 'carton', 'case', 'package', 'pack', 'parcel',
+     'master', 'karton', 'paket', 'colis', 'caja', 'packaging', 'verpackung')
 )  # fmt: skip
 _FILLERS = frozenset(('in', 'im', 'en', 'a'))
 _LETTERS = str.maketrans({'ł': 'l', 'ø': 'o', 'æ': 'ae', 'ß': 'sz', 'đ': 'd', 'ı': 'i', 'œ': 'oe'})
@@ -141,7 +160,8 @@ for _meaning, _text in _SYNONYMS.items():
 class NamedColumn:
     """What a header says: a meaning, a unit, and how much it says so; empty where it does not.
 
-    ``rank`` is less the better a name is; one with words that had to be left out comes last.
+    ``rank`` is less the better a name is; one with words that had to be left out comes later, and a
+    net weight last.
     """
 
     meaning: str = ''
@@ -149,9 +169,9 @@ class NamedColumn:
     rank: int = 0
 
     @property
-    def is_late(self) -> bool:
-        """Whether words had to be left out."""
-        return self.rank >= _LATE
+    def grade(self) -> int:
+        """How good the name is, from 0: two columns of one grade may both be meant."""
+        return self.rank // _LATE
 
 
 _LATE = 1000
@@ -178,10 +198,27 @@ def read_header(header: str) -> NamedColumn:
 def _looked_up(words: list[str]) -> NamedColumn:
     known = _NAMES.get(' '.join(words))
     if known:
-        return NamedColumn(known[0], '', known[1])
+        net = known[0] == 'weight' and is_net(' '.join(words))
+        return NamedColumn(known[0], '', known[1] + (2 * _LATE if net else 0))
     rest = ' '.join(word for word in words if word not in _QUALIFIERS)
     known = _NAMES.get(rest)
+    if known and known[0] == 'quantity' and not _HOLDERS.isdisjoint(words):
+        return NamedColumn()
     return NamedColumn(known[0], '', known[1] + _LATE) if known else NamedColumn()
+
+
+def is_net(header: str) -> bool:
+    """Whether a header says that what the box itself weighs is left out."""
+    return any(re.match('net$|neto|netto', word) for word in words_of(header))
+
+
+def hints_at(header: str, meaning: str) -> bool:
+    """Whether a word of a header is a name of ``meaning``, though the whole header is not."""
+    return any(
+        (len(word) > 2 and _NAMES.get(word, ('', 0))[0] == meaning)
+        or (meaning == 'weight' and word.endswith(('gewicht', 'weight')))
+        for word in words_of(header)
+    )
 
 
 #: Every meaning that a column can have.

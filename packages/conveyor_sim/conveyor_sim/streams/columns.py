@@ -8,26 +8,39 @@ from dataclasses import dataclass, replace
 from statistics import median
 
 from conveyor_sim.streams.box_records import BoxFileError, UnclearBoxFile
-from conveyor_sim.streams.column_names import KINDS, NamedColumn, read_header, words_of
+from conveyor_sim.streams.column_names import (
+    KINDS,
+    NamedColumn,
+    hints_at,
+    is_net,
+    read_header,
+    words_of,
+)
 from conveyor_sim.streams.number_columns import (
+    COMMA,
+    POINT,
     AmbiguousColumn,
     BadNumber,
     NumberText,
+    TypedNumber,
     decimal_marks,
     number,
 )
 from conveyor_sim.streams.reading import Reading
 from conveyor_sim.streams.table import BoxTable, TableRow
-from conveyor_sim.streams.units import LENGTH, WEIGHT, in_ours, unit_of
+from conveyor_sim.streams.units import LENGTH, PIECES, WEIGHT, in_ours, unit_of
+from pack_msgs_py.values import MAX_EDGE_MM
 
 #: Meanings of which a table can have one column only; of texts the better name is taken.
 _SINGLE = ('length', 'width', 'height', 'depth', 'size', 'weight', 'quantity', 'max_top_load')
 AXES = ('length', 'width', 'height')
 _NUMBERS = (*AXES, 'weight', 'quantity', 'max_top_load')
 _TIMES = re.compile(r'\s*[x×*хX]\s*')
+#: Edges below this are rarely meant, mm.
+THINNEST_MM = 2.0
 #: Nothing that goes into boxes is denser, kg per litre; gold has 19.3.
-_DENSEST = 20.0
-_MM3_PER_LITRE = 1e6
+DENSEST_KG_PER_LITRE = 20.0
+MM3_PER_LITRE = 1e6
 
 
 @dataclass(frozen=True)
@@ -60,7 +73,8 @@ class ColumnUse:
         if len(parts) != 3:
             return cell
         own, last = NumberText.of(parts[self.part]), NumberText.of(parts[2])
-        return parts[self.part] if own.unit or not last.unit else f'{own.digits} {last.unit}'
+        part = parts[self.part] if own.unit or not last.unit else f'{own.digits} {last.unit}'
+        return TypedNumber(part) if isinstance(cell, TypedNumber) else part
 
     def value(self, row: TableRow) -> float | None:
         """The number in ``row`` in millimetres, kilograms or newtons; ``None`` when it has none.
@@ -73,10 +87,13 @@ class ColumnUse:
         text = self.text(row)
         if not text:
             return None
+        if self.part is not None and len(_TIMES.split(row.cells[self.header].strip())) != 3:
+            msg = 'is not three edges, such as 30x20x10'
+            raise BadNumber(msg)
         value, written = number(text, self.decimal)
         kind = KINDS.get(self.meaning, '')
         if not kind:
-            if written:
+            if written and not (self.meaning == 'quantity' and written.casefold() in PIECES):
                 msg = 'is not a number'
                 raise BadNumber(msg)
             return value
@@ -133,6 +150,9 @@ def understood_columns(table: BoxTable, file: str, reading: Reading) -> Columns:
         uses = _with_axes(named)
         uses = _with_decimals(uses, table, reading)
         uses, notes = _with_units(uses, table, reading)
+        if not reading.decimal:
+            _check_thin(uses, table)
+        notes += _missed(table.headers, uses)
     except (AmbiguousColumn, UnclearBoxFile) as error:
         msg = f'box file {file}: {error}'
         raise UnclearBoxFile(msg) from None
@@ -169,7 +189,7 @@ def _named(headers: Sequence[str], reading: Reading) -> dict[str, ColumnUse]:
     for meaning, candidates in claims.items():
         candidates.sort(key=lambda claim: claim[0].rank)
         best, header = candidates[0]
-        rivals = [other for said, other in candidates[1:] if said.is_late == best.is_late]
+        rivals = [other for said, other in candidates[1:] if said.grade == best.grade]
         if meaning in _SINGLE and rivals:
             msg = (
                 f'columns {header!r} and {rivals[0]!r} may both be the {meaning}: leave one out, '
@@ -250,6 +270,49 @@ def _with_units(
     return uses, notes
 
 
+def _check_thin(uses: dict[str, ColumnUse], table: BoxTable) -> None:
+    """Refuse `1.100` as 1.1 mm, though the other numbers have it so, where it may be 1100."""
+    for axis in AXES:
+        use = uses[axis]
+        other = replace(use, decimal=COMMA if use.decimal == POINT else POINT)
+        for row in table.rows:
+            text = use.text(row)
+            if isinstance(text, TypedNumber) or not NumberText.of(text).is_ambiguous:
+                continue
+            try:
+                read, may_be = use.value(row) or 0.0, other.value(row) or 0.0
+            except BadNumber:
+                continue
+            if 0 < read < THINNEST_MM <= may_be <= MAX_EDGE_MM:
+                msg = (
+                    f'column {use.header}: {text!r} is {read:g} mm as the other numbers of the '
+                    f'file are written, and may be {may_be:g} mm: write it without separators, or '
+                    f'say --decimal {use.decimal}'
+                )
+                raise UnclearBoxFile(msg)
+
+
+def _missed(headers: Sequence[str], uses: dict[str, ColumnUse]) -> list[str]:
+    """Notes on columns that sound like a number of boxes; one like a weight alone is refused."""
+    unused = [name for name in headers if name not in {use.header for use in uses.values()}]
+    weights = [name for name in unused if hints_at(name, 'weight')]
+    if weights and 'weight' not in uses:
+        msg = (
+            f'column {weights[0]!r} may be a weight, but of what or in which unit is not clear: '
+            'call the weight of one box weight_kg, or name its column in a file beside it '
+            '(docs/box_lists.md)'
+        )
+        raise UnclearBoxFile(msg)
+    notes = []
+    weight = uses.get('weight')
+    if weight is not None and is_net(weight.header):
+        notes.append(f'column {weight.header} is without packaging, which the arm lifts too')
+    if 'quantity' in uses:
+        return notes
+    counts = [name for name in unused if hints_at(name, 'quantity')]
+    return notes + [f'column {name} is not taken for a number of boxes' for name in counts]
+
+
 def _has_own_units(use: ColumnUse, table: BoxTable) -> bool:
     """Whether every number of a column has its unit behind it."""
     texts = [text for row in table.rows if (text := use.text(row))]
@@ -281,12 +344,12 @@ def _with_weight_unit(
             mass = in_kg.value(row) or 0.0
         except BadNumber:
             continue
-        volume = edges[0] * edges[1] * edges[2] / _MM3_PER_LITRE
+        volume = edges[0] * edges[1] * edges[2] / MM3_PER_LITRE
         if volume > 0 and mass > 0:
             densities.append(mass / volume)
             shown = shown or weight.text(row)
     imperial = any(uses[axis].unit in ('in', 'ft') for axis in AXES)
-    dense = bool(densities) and median(densities) > _DENSEST
+    dense = bool(densities) and median(densities) > DENSEST_KG_PER_LITRE
     if imperial or dense:
         why = 'sizes are in inches' if imperial else 'boxes of so many kilograms cannot be'
         others = 'kilograms or pounds' if imperial else 'kilograms or grams'

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Sequence
 
 from conveyor_sim.streams.box_records import BoxFileError
@@ -10,13 +11,13 @@ from conveyor_sim.streams.column_names import read_header
 from conveyor_sim.streams.columns import has_sizes
 from conveyor_sim.streams.own_format import from_text
 from conveyor_sim.streams.reading import Reading
+from conveyor_sim.streams.sheet_layout import UNNAMED, header_lines, unique_names
 from conveyor_sim.streams.table import BoxTable, TableRow
 
-#: What a column without a header is called, with its number.
-UNNAMED = 'column'
 _DELIMITERS = ',;\t|'
 #: A header stands within so many lines; what is above it is a title.
 _HEADER_WITHIN = 20
+_GUARDED = re.compile(r'="([^"]*)"')
 
 #: A line of the file: its number, its text.
 _Line = tuple[int, str]
@@ -42,14 +43,25 @@ def csv_table(text: str, file: str, reading: Reading) -> BoxTable:
     if numbered[0][1].strip().lower().startswith('sep=') and len(numbered[0][1].strip()) <= 5:
         said = numbered.pop(0)[1].strip('\n')[4:5] or '\t'
     place, delimiter = _header_place(numbered, said, reading)
-    header = _unique(_cells(numbered[place][1], delimiter), file)
+    begin = [_cells(line, delimiter) for _, line in numbered[: place + 2]]
+    names, first, after = header_lines(begin, place)
+    header = unique_names(names, file)
     notes = tuple(
-        f'line {number} is above the header: {line[:60]}' for number, line in numbered[:place]
+        f'line {number} is above the header: {line[:60]}' for number, line in numbered[:first]
     )
-    rows = _rows(lines, numbered[place + 1 :], delimiter, header)
+    rows = _rows(lines, numbered[after:], delimiter, header)
     filled = {name for row in rows for name, cell in row.cells.items() if cell}
     headers = tuple(name for name in header if name in filled or not name.startswith(UNNAMED))
     return BoxTable(headers, tuple(rows), notes, points_by_format=delimiter == ',')
+
+
+def names_sizes(text: str, reading: Reading) -> bool:
+    """Whether one of the first lines is a header with sizes, whatever separates its columns."""
+    return any(
+        has_sizes(_cells(line, delimiter), reading)
+        for line in text.splitlines()[:_HEADER_WITHIN]
+        for delimiter in _DELIMITERS
+    )
 
 
 def _header_place(lines: Sequence[_Line], said: str, reading: Reading) -> tuple[int, str]:
@@ -71,21 +83,6 @@ def _header_place(lines: Sequence[_Line], said: str, reading: Reading) -> tuple[
 
 def _cells(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
-
-
-def _unique(header: list[str], file: str) -> list[str]:
-    twice = sorted({name for name in header if name and header.count(name) > 1})
-    needed = [name for name in twice if read_header(name).meaning]
-    if needed:
-        msg = f'box file {file} has column {", ".join(needed)} twice'
-        raise BoxFileError(msg)
-    counts: dict[str, int] = {}
-    names = []
-    for place, given in enumerate(header, start=1):
-        name = given or f'{UNNAMED} {place}'
-        counts[name] = counts.get(name, 0) + 1
-        names.append(f'{name} ({counts[name]})' if name in twice and counts[name] > 1 else name)
-    return names
 
 
 def _rows(
@@ -131,8 +128,14 @@ def _row(number: int, line: str, delimiter: str, header: list[str]) -> TableRow:
     return _row_of(number, cells, header, damage)
 
 
+def _text_of(cell: str) -> str:
+    """The text of a cell that a spreadsheet may have guarded: `="007"` keeps its zeros there."""
+    guarded = _GUARDED.fullmatch(cell)
+    return guarded.group(1) if guarded else from_text(cell)
+
+
 def _row_of(number: int, cells: list[str], header: list[str], damage: str) -> TableRow:
-    cells = [from_text(cell.strip()) for cell in cells]
+    cells = [_text_of(cell.strip()) for cell in cells]
     while len(cells) > len(header) and not cells[-1]:
         cells.pop()
     if len(cells) > len(header):

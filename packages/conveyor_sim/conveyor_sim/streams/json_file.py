@@ -145,18 +145,30 @@ def _row(place: str, item: Any, named: str, order_id: str = '') -> TableRow:  # 
     cells = dict(_cells(item))
     if order_id:
         cells['order_id'] = order_id
-        # BED-BPP's id is the article's; two of the same article are two boxes.
-        cells['article_id'] = cells.pop('id', '')
+        if 'id' in cells:
+            # BED-BPP's id is the article's; two of the same article are two boxes.
+            cells['article_id'] = cells.pop('id')
     return TableRow(0, place, cells, named=named)
 
 
 def _cells(item: dict[str, Any], above: str = '') -> Iterator[tuple[str, str]]:
     """The values of an object as texts; those of an object in it are called after both."""
+    unit = item.get('unit', item.get('units')) if above else None
     for key, value in item.items():
         name = f'{above}{key}'
         if isinstance(value, dict):
             yield from _cells(value, f'{name} ')
-        elif isinstance(value, (int, float)) and not isinstance(value, bool):
+        elif isinstance(unit, str) and value == unit:
+            continue
+        elif isinstance(value, list) and len(value) == 3 and all(map(_is_number, value)):
+            yield name, TypedNumber(' x '.join(map(str, value)))
+        elif isinstance(unit, str) and _is_number(value):
+            yield name.removesuffix(' value'), TypedNumber(f'{value} {unit}')
+        elif _is_number(value):
             yield name, TypedNumber(value)
         else:
             yield name, '' if value is None else str(value).strip()
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)

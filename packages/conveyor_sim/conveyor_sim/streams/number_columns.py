@@ -13,7 +13,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 POINT, COMMA = 'point', 'comma'
-_SPACES = str.maketrans({'\u00a0': ' ', '\u202f': ' ', '\u2009': ' ', '’': "'"})
+_PLAIN = str.maketrans(
+    {'\u00a0': ' ', '\u202f': ' ', '\u2009': ' ', '’': "'"}
+    # the digits, points and commas of East Asian keyboards
+    | {chr(code): chr(code - 0xFEE0) for code in (*range(0xFF10, 0xFF1A), 0xFF0C, 0xFF0E)}
+)
 _UNIT = re.compile(r'\s*([^\W\d_]+|["″])\.?$')
 _NOT_FINITE = re.compile(r'[+-]?(nan|inf|infinity)', re.IGNORECASE)
 
@@ -53,7 +57,7 @@ class NumberText:
     @classmethod
     def of(cls, text: str) -> NumberText:
         """The parts of a cell."""
-        plain = text.translate(_SPACES).strip()
+        plain = text.translate(_PLAIN).strip()
         unit = _UNIT.search(plain)
         if unit is None or unit.start() == 0 or _NOT_FINITE.fullmatch(plain):
             return cls(plain, '')

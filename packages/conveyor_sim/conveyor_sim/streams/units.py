@@ -31,6 +31,13 @@ _UNITS: dict[str, tuple[tuple[str, float, str], ...]] = {
     ),
 }
 
+#: Words behind a number of boxes.
+PIECES = frozenset(
+    ('stk', 'st', 'stück', 'stueck', 'pcs', 'pc', 'piece', 'pieces', 'ea', 'each', 'x', 'ct', 'ctn',
+     'ctns', 'carton', 'cartons', 'box', 'boxes', 'karton', 'kartons', 'colli', 'kolli', 'pz',
+     'pce', 'szt', 'шт', 'uds', 'ud', '个', '個', '箱', '件', '개')
+)  # fmt: skip
+
 #: Every word: for each kind, the unit that it means.
 UNIT_WORDS: dict[str, dict[str, str]] = {
     kind: {word: unit for unit, _, words in units for word in words.split()}

@@ -167,7 +167,7 @@ def _honoured(boxes: Sequence[Box], *, honours_loads: bool, profile: str) -> Ite
     bare = sum(box.max_top_load_n == 0 for box in boxes)
     limited = sum(bool(box.max_top_load_n) for box in boxes)
     if upright:
-        yield f'{upright} boxes may not stand on any face'
+        yield f'{upright} boxes may stand on some faces alone'
     if bare or limited:
         but = '' if honours_loads else f', which profile {profile} does not heed'
         yield f'{bare} boxes carry nothing on top, {limited} a limited load{but}'
