@@ -89,6 +89,23 @@ def test_a_header_says_that_commas_separate_columns(tmp_path):
     assert times(f'recorded:{path}', 3) == [0.0, 5.0, 9.0]
 
 
+@pytest.mark.parametrize(
+    ('header', 'second_s'),
+    [('ms', 0.0015), ('Zeit (min)', 90), ('time_s', 1.5), ('time in h, of the day', 5400)],
+)
+def test_the_unit_of_a_header_counts(tmp_path, header, second_s):
+    path = tmp_path / 'times.csv'
+    path.write_text(f'{header}\n0\n1.5\n')
+    assert times(f'recorded:{path}', 2) == [0.0, pytest.approx(second_s)]
+
+
+def test_points_between_thousands_are_no_decimal_points(tmp_path):
+    path = tmp_path / 'times.csv'
+    path.write_text('0,5\n1.000,5\n')
+    with pytest.raises(ValueError, match='points between thousands'):
+        find_arrivals(f'recorded:{path}')
+
+
 def test_commas_that_may_mean_either_are_refused_with_both_readings(tmp_path):
     path = tmp_path / 'times.csv'
     path.write_text('0,0\n1,75\n3,50\n9,25\n')

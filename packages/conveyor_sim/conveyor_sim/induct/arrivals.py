@@ -103,9 +103,9 @@ def read_times(path: Path) -> list[float]:
     """Time stamps of a file, seconds since the first line, one in a line.
 
     Empty lines, and lines that begin with ``#``, are passed over; a first line without a digit is
-    a header. Where there are more columns the first one counts. Semicolons, tabs and bars separate
-    columns; a comma does, or is a decimal comma, as the header says (one name or more) or as only
-    one of the two is possible.
+    a header, whose unit (`ms`, `min`, `h`) counts. Where there are more columns the first one
+    counts. Semicolons, tabs and bars separate columns; a comma does, or is a decimal comma, as the
+    header says (one name or more) or as only one of the two is possible.
 
     Raises
     ------
@@ -125,8 +125,19 @@ def read_times(path: Path) -> list[float]:
     ]
     header = fields.pop(0)[1] if fields and not re.search('[0-9]', fields[0][1]) else ''
     if _has_decimal_commas(fields, header, path):
-        return _checked_times([(number, field.replace(',', '.')) for number, field in fields], path)
-    return _checked_times([(number, field.split(',')[0].strip()) for number, field in fields], path)
+        fields = [(number, field.replace(',', '.')) for number, field in fields]
+    else:
+        fields = [(number, field.split(',')[0].strip()) for number, field in fields]
+    words = re.findall('[a-z]+', header.split(',')[0].lower())
+    unit_s = next((_UNITS_S[word] for word in reversed(words) if word in _UNITS_S), 1.0)
+    return [time * unit_s for time in _checked_times(fields, path)]
+
+
+_UNITS_S = {
+    'ms': 0.001, 'milliseconds': 0.001, 'min': 60.0, 'minutes': 60.0, 'minuten': 60.0,
+    'h': 3600.0, 'hours': 3600.0, 'stunden': 3600.0,
+}  # fmt: skip
+_THOUSANDS = re.compile(r'\d{1,3}(\.\d{3})+,\d+', re.ASCII)
 
 
 _WITH_POINT = re.compile(r'[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?', re.ASCII)
@@ -136,6 +147,13 @@ _WITH_COMMA = re.compile(r'[+-]?\d+(,\d+)?', re.ASCII)
 def _has_decimal_commas(fields: list[tuple[int, str]], header: str, path: Path) -> bool:
     """Whether a comma is a decimal comma and not between two columns."""
     with_comma = [(number, field) for number, field in fields if ',' in field]
+    for number, field in with_comma:
+        if _THOUSANDS.fullmatch(field):
+            msg = (
+                f'arrivals: {path}, line {number}: {field!r} seems to have a decimal comma and '
+                'points between thousands: write it without these'
+            )
+            raise ValueError(msg)
     possible = all(_WITH_COMMA.fullmatch(field) for _, field in fields)
     if not with_comma or not possible or ',' in header:
         return False
