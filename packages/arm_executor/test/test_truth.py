@@ -20,7 +20,7 @@ from arm_executor.goals.judging import expected_rest, judge
 from arm_executor.goals.placement_errors import commanded_pose_errors
 from arm_executor.model.arm_interface import MotionHooks, MotionResult, PlaceRequest
 from pack_msgs_py.codes import ErrorCode
-from pack_msgs_py.geometry.pose import Pose
+from pack_msgs_py.geometry.pose import Pose, about_z
 from pack_msgs_py.geometry.resting import resting_pose
 from pack_msgs_py.geometry.tolerance import Tolerance
 from pack_msgs_py.orientation import QUATERNIONS, TIPPED, oriented_size
@@ -150,6 +150,23 @@ def test_what_rests_farther_off_than_scanner_and_tolerance_allow_is_out_of_place
         result = MotionResult(ErrorCode.NONE, measured=rests)
         judged, _ = judge(
             result, placed_of(decision), decision.target, Tolerance(), size_sigmas=2.0, slack_s=1.0
+        )
+        assert judged is code
+
+
+@pytest.mark.parametrize('yaw_stddev', [0.0, 0.005])
+def test_what_rests_more_askew_than_scanner_and_tolerance_allow_is_out_of_place(yaw_stddev):
+    decision = make_decision(replace(BOX, yaw_stddev_rad=yaw_stddev))
+    allowed = Tolerance().angle_rad + 2.0 * yaw_stddev
+    wide = Tolerance(position_m=0.1)
+    for angle, code in (
+        (allowed - 1e-4, ErrorCode.NONE),
+        (allowed + 1e-4, ErrorCode.PLACED_OUT_OF_TOLERANCE),
+    ):
+        rests = replace(decision.target, quaternion=about_z(angle))
+        result = MotionResult(ErrorCode.NONE, measured=rests)
+        judged, _ = judge(
+            result, placed_of(decision), decision.target, wide, size_sigmas=2.0, slack_s=1.0
         )
         assert judged is code
 

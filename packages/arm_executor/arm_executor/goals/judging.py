@@ -48,7 +48,8 @@ def judge(
     expected : where it should rest (:func:`expected_rest`).
     tolerance : what still counts as placed, by a scanner without error.
     size_sigmas : so many standard deviations of size and angle may the scanner be wrong by: the
-        middle of the box, or its ends, may then be half as far from those of the scanned one.
+        middle of the box, or its ends, may then be half as far from those of the scanned one, and
+        the box that much more turned.
     slack_s : time left until the deadline, negative when it was missed.
     """
     box_id = placed.box.id
@@ -58,7 +59,11 @@ def judge(
     askew_mm = box.yaw_stddev_rad * math.hypot(*box.size_mm)
     scan_error_m = size_sigmas * math.hypot(*box.size_stddev_mm, askew_mm) / 2e3
     size_m = metres(box.size_mm)
-    tolerance = replace(tolerance, position_m=tolerance.position_m + scan_error_m)
+    tolerance = replace(
+        tolerance,
+        position_m=tolerance.position_m + scan_error_m,
+        angle_rad=tolerance.angle_rad + size_sigmas * box.yaw_stddev_rad,
+    )
     misplaced = tolerance.out_of_place(box_id, size_m, expected, result.measured)
     if misplaced:
         return ErrorCode.PLACED_OUT_OF_TOLERANCE, misplaced

@@ -32,8 +32,8 @@ class Tolerance:
             return ''
         return (
             f'box {box_id!r} rests {1e3 * distance:.1f} mm and {math.degrees(angle):.1f} degrees '
-            f'away from where it should, {1e3 * self.position_m:g} mm and '
-            f'{math.degrees(self.angle_rad):g} degrees are allowed'
+            f'away from where it should, {1e3 * self.position_m:.3g} mm and '
+            f'{math.degrees(self.angle_rad):.3g} degrees are allowed'
         )
 
     def others_disturbed(self, box_id: str, moved_m: float) -> str:
