@@ -168,3 +168,14 @@ def test_whatever_is_heard_there_is_one_sentence_and_json(mode, belt, boxes, rem
         (alarmed or mode is Mode.ALARM) and mode is not Mode.FAULT
     )
     assert json.loads(json.dumps(status_json(state)))['state'] == state.condition.name
+
+
+def test_a_cell_whose_belt_was_not_seen_yet_waits_for_the_belt_and_not_for_its_arm():
+    heard = Heard()
+    heard.watch.on_heartbeat(Mode.EXECUTING, 'b1', '')
+    for node in NODES:
+        heard.watch.on_diagnostics(node, Level.OK, 'running', {})
+    assert heard.state.summary == 'STARTING: waits for the belt.'
+    assert not heard.watch.complete
+    heard.watch.on_scan(5, 10)
+    assert heard.watch.complete and heard.state.condition is Condition.RUNNING

@@ -96,8 +96,9 @@ class CellWatch:
 
     @property
     def complete(self) -> bool:
-        """Whether every node has been heard."""
-        return self._arm is not None and all(name in self._nodes for name in NODES)
+        """Whether every node has been heard, and what is on the belt."""
+        heard = self._arm is not None and self._belt is not None
+        return heard and all(name in self._nodes for name in NODES)
 
     @property
     def mode(self) -> Mode | None:
@@ -202,7 +203,8 @@ class CellWatch:
         if belt is not None and condition == 'paused':
             return Condition.PAUSED, f'The belt is {_said(belt)}', 'To go on: cell resume'
         if silent or arm is None or arm.mode is Mode.INACTIVE or self._belt is None:
-            waits = [node.name for node in nodes if node.level is Level.STALE] or ['the arm']
+            ready = arm is not None and arm.mode is not Mode.INACTIVE
+            waits = [node.name for node in silent] or ['the belt' if ready else 'the arm']
             return Condition.STARTING, f'STARTING: waits for {" and ".join(waits)}.', ''
         return self._at_work(arm, self._belt, condition, '' if belt is None else belt.message)
 
