@@ -179,3 +179,11 @@ def test_a_cell_whose_belt_was_not_seen_yet_waits_for_the_belt_and_not_for_its_a
     assert not heard.watch.complete
     heard.watch.on_scan(5, 10)
     assert heard.watch.complete and heard.state.condition is Condition.RUNNING
+
+
+def test_a_planner_that_compiles_its_search_says_that_it_starts():
+    heard = Heard().all_well()
+    assert not any(heard.watch.starts(node) for node in NODES)
+    heard.watch.on_diagnostics('planner', Level.OK, 'starting', {})
+    heard.watch.on_heartbeat(Mode.INACTIVE, '', 'starting')
+    assert [node for node in NODES if heard.watch.starts(node)] == ['planner', 'arm_executor']

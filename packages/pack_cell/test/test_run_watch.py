@@ -15,7 +15,7 @@ from pack_cell.report.record import RunRecord
 from pack_cell.running.run import EXIT_OK, EXIT_STALLED, RunWatch
 from pack_msgs_py.cell_state import CellState, NodeState
 from pack_msgs_py.cell_values import Scan
-from pack_msgs_py.codes import Condition, Mode
+from pack_msgs_py.codes import Condition
 
 RUNNING = CellState(Condition.RUNNING, 'RUNNING')
 DRAINED = CellState(Condition.ENDED, 'DRAINED by anna; the belt is empty.')
@@ -28,7 +28,7 @@ class Quiet:
         supervisor = SimpleNamespace(
             poll=list, pids=dict, tell=lambda name, number: None, started_s=lambda: self.started
         )
-        self.started, self.said = {}, []
+        self.started, self.said, self.starts = {}, [], set()
         record = RunRecord()
         if scan is not None:
             record.on_scan(scan)
@@ -42,7 +42,9 @@ class Quiet:
             None,
         )
         self.heard = {'conveyor': math.inf, 'planner': math.inf, 'arm_executor': math.inf}
-        listened = SimpleNamespace(heard_s=self.heard.__getitem__, mode=Mode.IDLE)
+        listened = SimpleNamespace(
+            heard_s=self.heard.__getitem__, starts=lambda name: name in self.starts
+        )
         self.watch._recorder = SimpleNamespace(cell_state=state, watch=listened)
         self.watch._last_change = time.monotonic() - idle_s
         self.display = SimpleNamespace(
@@ -102,15 +104,23 @@ def test_a_node_that_does_not_come_up_is_named():
 def test_an_arm_that_is_not_ready_is_not_up():
     quiet = starting(301.0, said='the arm is being made ready')
     quiet.heard['arm_executor'] = time.monotonic()
-    quiet.watch._recorder.watch.mode = Mode.INACTIVE
+    quiet.starts.add('arm_executor')
     assert '(the arm is being made ready)' in quiet.ending().reason
+
+
+def test_while_the_planner_compiles_its_search_nothing_stalls():
+    quiet = starting(200.0, name='planner', said='starting')
+    quiet.heard['planner'] = time.monotonic()
+    quiet.starts.add('planner')
+    assert quiet.ending() is None
+    assert quiet.said == ['       waits for planner to come up, for 200 s by now']
 
 
 def test_an_arm_that_somebody_deactivates_later_is_a_stall_in_time():
     quiet = starting(400.0)
     quiet.heard['arm_executor'] = time.monotonic()
     assert quiet.ending().reason.startswith('nothing has happened for 400 s')
-    quiet.watch._recorder.watch.mode = Mode.INACTIVE
+    quiet.starts.add('arm_executor')
     assert quiet.ending().reason.startswith('nothing has happened for 400 s')
 
 

@@ -40,7 +40,7 @@ from pack_cell.running.start_up import START_PATIENCE_S, StartUp
 from pack_cell.running.supervisor import Supervisor
 from pack_cell.running.viewing import PageProcess
 from pack_msgs_py.cell_state import CellState
-from pack_msgs_py.codes import Condition, Mode
+from pack_msgs_py.codes import Condition
 from pack_msgs_py.one_source import NAMED_SOURCES, new_session
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.signals import signal_name
@@ -302,13 +302,13 @@ class RunWatch:
         self._measured_s = -math.inf
         self._last_change = time.monotonic()
         self._decided = False
-        self._start_up = StartUp(self.supervisor.started_s, self._heard_s, self._mode)
+        self._start_up = StartUp(self.supervisor.started_s, self._heard_s, self._starts)
 
     def _heard_s(self, node: str) -> float:
         return -math.inf if self._recorder is None else self._recorder.watch.heard_s(node)
 
-    def _mode(self) -> Mode | None:
-        return None if self._recorder is None else self._recorder.watch.mode
+    def _starts(self, node: str) -> bool:
+        return self._recorder is not None and self._recorder.watch.starts(node)
 
     def until_done(self, display: RunDisplay, known: BooksOfBins) -> RunEnding:
         """Spin the recorder and mind the nodes; return how it ended.

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from pack_cell.watching.cell_watch import ARM_EXECUTOR, NODES
+from pack_cell.watching.cell_watch import NODES
 from pack_msgs_py.cell_state import CellState
-from pack_msgs_py.codes import Mode
 
 #: A node that has not come up by then has something wrong with it, on however slow a machine.
 START_PATIENCE_S = 300.0
@@ -24,31 +23,30 @@ class StartUp:
     ----------
     started : when the process of each node was started; steady seconds.
     heard_s : when a node was heard last; minus infinity for never.
-    mode : of the arm, as it was heard last.
+    starts : whether a node that is heard is not ready yet: an arm, a planner that compiles.
     """
 
     def __init__(
         self,
         started: Callable[[], Mapping[str, float]],
         heard_s: Callable[[str], float],
-        mode: Callable[[], Mode | None],
+        starts: Callable[[str], bool],
     ) -> None:
-        self._started, self._heard_s, self._mode = started, heard_s, mode
+        self._started, self._heard_s, self._starts = started, heard_s, starts
         self._told_s = TELL_EVERY_S
         self._up: dict[str, float] = {}
 
     def coming(self, now_s: float) -> dict[str, float]:
         """The nodes that are not up, and for how many seconds their processes have run.
 
-        The arm's node is up when its arm is ready. What has come up stays so until it is started
-        again.
+        One is up when it is ready. What has come up stays so until it is started again.
         """
         coming = {}
         for name, began_s in self._started().items():
             if name not in NODES or self._up.get(name) == began_s:
                 continue
             heard = self._heard_s(name) >= began_s + OLD_WORDS_S
-            if heard and not (name == ARM_EXECUTOR and self._mode() is Mode.INACTIVE):
+            if heard and not self._starts(name):
                 self._up[name] = began_s
             else:
                 coming[name] = now_s - began_s

@@ -105,6 +105,13 @@ class CellWatch:
         """Mode of the arm executor; ``None`` before its first heartbeat."""
         return None if self._arm is None else self._arm.mode
 
+    def starts(self, name: str) -> bool:
+        """Whether a node that is heard says itself that it is not ready yet."""
+        if name == ARM_EXECUTOR:
+            return self.mode is Mode.INACTIVE
+        heard = self._nodes.get(name)
+        return heard is not None and heard.message == 'starting'
+
     @property
     def active_box(self) -> str:
         """Box that the arm is at; empty for none."""

@@ -27,6 +27,10 @@ class Doing:
     waits_for: str = ''
 
 
+#: Before the first decision can be computed.
+STARTING = Doing('starting', 'its search to be compiled')
+
+
 def what_is_done(
     inputs: Inputs,
     goal: RunningGoal | None,

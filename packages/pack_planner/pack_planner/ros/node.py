@@ -68,6 +68,7 @@ from pack_msgs_py.ros.sourced import PLANNER, SourcedPublisher, Sources
 from pack_msgs_py.values import Bin, frame_name
 from pack_planner.coordination.alternatives import Planned, planned, quick
 from pack_planner.coordination.coordinator import Coordinator
+from pack_planner.coordination.doing import STARTING, Doing
 from pack_planner.coordination.negotiation import Asking
 from pack_planner.coordination.patience import Patience
 from pack_planner.coordination.planning_record import PlanningQuestion, record_of, record_to_json
@@ -105,6 +106,7 @@ class PlannerNode(ManagedNode):
     def make(self) -> None:
         """Everything that hears, decides and tells."""
         self._planner: Planner | None = None
+        self._warm = False
         self._follower: Planner | None = None
         self._guard = self.create_guard_condition(self._fetch)
         self._worker: Worker[Result] = Worker(self._guard.trigger, 'planning')
@@ -126,7 +128,7 @@ class PlannerNode(ManagedNode):
         self._action = ActionClient(self, PlaceBox, 'place_box')
         self._swap_bin = self.create_client(SwapBin, 'swap_bin')
         self._asker = ArmAsker(self, self.coordinator.on_checked)
-        self._diagnostics = Diagnostics(self, self.coordinator.doing)
+        self._diagnostics = Diagnostics(self, self._doing)
         self._inputs = PlannerInputs(self, self.coordinator, self._sources, p.frame_prefix)
         self.create_timer(STEP_PERIOD_S, self._tick)
         self._hold(quiet=True)
@@ -208,8 +210,13 @@ class PlannerNode(ManagedNode):
             # whatever went wrong with one decision, the node must go on hearing the arm
             return (number, None, f'{type(error).__name__}: {error}')
 
+    def _doing(self) -> Doing:
+        """What is done; compiling the search may take minutes on a busy machine."""
+        return self.coordinator.doing() if self._warm else STARTING
+
     def _fetch(self) -> None:
         for number, planned_step, error in self._worker.fetch():
+            self._warm = True
             self.coordinator.on_planned(number, planned_step, error)
             # Last, since the arm waits for what comes of it.
             self._tell_record(number, planned_step)
