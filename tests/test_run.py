@@ -113,7 +113,7 @@ def test_nothing_moves_when_no_deadline_can_be_met_and_the_reason_is_told(
     start_cell: StartCell,
 ) -> None:
     cell = start_cell(
-        '--count', '3', '--arm', 'timed', '--deadline', '0.5', '--stall-timeout', '15'
+        '--count', '3', '--arm', 'timed', '--deadline', '0.5', '--stall-timeout', '60'
     )
     code = cell.wait()
     summary = cell.summary()

@@ -52,7 +52,7 @@ _BOLD = (PathStyle(0.30), PathStyle(0.15), PathStyle(0.12, slant=False))
 _LAST = (PathStyle(0.06, lift=0.05, slant=False), PathStyle(0.12, lift=0.30, slant=False))
 _MAX_TRIED, _MAX_TIMED, _BUDGET_S = 30, 4, 0.5
 #: A motion this quick is taken as it comes; a slower one is compared with one more; seconds.
-_QUICK_S = 3.5
+_QUICK_S = 4.0
 #: The box is being lowered once it is this far below the top of its way, metres.
 _LEVEL = 0.01
 
