@@ -79,13 +79,14 @@ def options(**given: object) -> argparse.Namespace:
 
 
 def test_the_moments_of_a_film_lie_as_far_apart_as_speed_and_rate_say() -> None:
-    assert _moments(options(from_s=1.0, to_s=2.0), 9.0, one=False) == pytest.approx(
+    assert _moments(options(from_s=1.0, to_s=2.0), 2.0, 9.0, one=False) == pytest.approx(
         [1.0, 1.2, 1.4, 1.6, 1.8, 2.0]
     )
-    assert _moments(options(from_s=8.9), 9.0, one=False) == [8.9]
-    assert _moments(options(), 9.0, one=True) == [9.0]
+    assert _moments(options(from_s=8.9), 2.0, 9.0, one=False) == [8.9]
+    assert _moments(options(), 2.0, 9.0, one=True) == [9.0]
+    assert _moments(options(), 2.0, 9.0, one=False)[0] == 2.0, 'where the first decision is'
     with pytest.raises(ValueError, match='ends at 9 s'):
-        _moments(options(from_s=10.0), 9.0, one=False)
+        _moments(options(from_s=10.0), 2.0, 9.0, one=False)
 
 
 @pytest.mark.physics

@@ -47,13 +47,13 @@ def test_the_page_is_drawn_steps_by_decision_and_plays(tmp_path: Path) -> None:
         assert text('mode') == 'RUN'
         assert '0 boxes' in text('figures')
         browser.evaluate("document.getElementById('forth').click()")
-        wait_until(lambda: '1 boxes' in text('figures'), 'the end')
+        wait_until(lambda: '1 box' in text('figures'), 'the end')
         assert text('mode') == 'PROTECTIVE STOP: stopped by hand'
         browser.evaluate("document.getElementById('back').click()")
         wait_until(lambda: '0:02.0' in text('clock'), 'one decision back')
         browser.evaluate("document.getElementById('speed').value = '10'")
         browser.evaluate("document.getElementById('play').click()")
-        wait_until(lambda: '1 boxes' in text('figures'), 'played to the end')
+        wait_until(lambda: '1 box' in text('figures'), 'played to the end')
         drawn = (
             "(() => { const view = document.getElementById('view'); const all = new Uint8Array(4 *"
             " view.width * view.height); view.getContext('webgl').readPixels(0, 0, view.width,"

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from report_folders import ROW, stacked, write_folder
 
 from pack_cell.report_page.run_folder import InBin, RunBox, read_run
-from pack_cell.report_page.work_order import layers_of, packing_layers, packing_steps, turned
-from pack_msgs_py.orientation import ORIENTATIONS
+from pack_cell.report_page.work_order import layers_of, packing_layers, packing_steps
+from pack_msgs_py.orientation import ORIENTATIONS, way_up
 
 
 def placed(step, corner, size):
@@ -54,8 +54,8 @@ def test_a_box_is_in_a_higher_layer_than_all_that_it_stands_on(columns):
 
 
 def test_every_way_that_a_box_may_lie_has_words_of_its_own():
-    assert len({turned(orientation) for orientation in ORIENTATIONS}) == 6
-    assert turned('xyz') == 'upright'
+    assert len({way_up(orientation) for orientation in ORIENTATIONS}) == 6
+    assert way_up('xyz') == 'upright'
 
 
 @pytest.mark.parametrize(('kind', 'corner'), [('LDC', 'bottom left'), ('RC', 'top right')])

@@ -184,3 +184,14 @@ def allowed_orientations(box: Box, rule: str) -> tuple[str, ...]:
         if orientation_allowed(box, orientation, rule):
             seen.setdefault(oriented_size(box.size_mm, orientation), orientation)
     return tuple(seen.values())
+
+
+def way_up(orientation: str) -> str:
+    """How a box is turned from how it lay on the belt, in words.
+
+    >>> way_up('yxz'), way_up('zxy')
+    ('upright, quarter turn', 'front up, quarter turn')
+    """
+    up = {'z': 'upright', 'y': 'front up', 'x': 'end up'}[orientation[2]]
+    straight = orientation in ('xyz', 'xzy', 'zyx')
+    return up if straight else f'{up}, quarter turn'

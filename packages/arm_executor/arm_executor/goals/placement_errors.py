@@ -18,6 +18,7 @@ from pack_msgs_py.geometry.footprint import measured_footprint, true_size
 from pack_msgs_py.geometry.polygon import overlap
 from pack_msgs_py.geometry.pose import Pose, Quaternion, rotation_matrix
 from pack_msgs_py.geometry.resting import measured_top_mm, rest_height_mm, with_measured
+from pack_msgs_py.geometry.tolerance import HEIGHT_TOLERANCE_MM
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.rules import centre_of_mass
 from pack_msgs_py.statics import Bearing, supporters
@@ -26,9 +27,6 @@ from pack_msgs_py.values import Bin, PlacedBox, Vec3
 
 #: A box may be turned so far from the orientation that was planned.
 ANGLE_TOLERANCE_RAD = math.radians(1.0)
-#: How far the height of a place may be from what is known here, mm: when the planner asked, the box
-#: below was still under way, and half of what the scanner is wrong about its height is seen later.
-HEIGHT_MM = 6.0
 #: The centre of mass lies so far inside the support polygon, mm: scanner and arm are a little off.
 LEAST_MARGIN_MM = 4.0
 #: Tops this far below the highest one carry nothing, mm and as a share of the shorter edge of the
@@ -80,7 +78,7 @@ def commanded_pose_errors(
         low, high, allowed = 0.0, 0.0, step + 1e-6
         if axis == 'z':
             low, high = min(heights_mm) - base_mm, max(heights_mm) - base_mm
-            allowed += HEIGHT_MM
+            allowed += HEIGHT_TOLERANCE_MM
         if not low - allowed <= off <= high + allowed:
             errors.append(
                 f'pose.{axis} is {1e3 * metres:.1f} mm where corner, size and orientation '

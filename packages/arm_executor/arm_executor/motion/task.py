@@ -14,14 +14,13 @@ from arm_executor.model.layout import BinFrame, Layout, bin_blocks
 from arm_executor.motion.swing import CLEAR
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.geometry.pose import Pose, metres, stands_upright, yaw_of
+from pack_msgs_py.geometry.tolerance import HEIGHT_TOLERANCE_MM
 from pack_msgs_py.values import BinSpec, Box, Vec3, Walls
 
 #: The box is let go this far above what it stands on.
 DROP = 0.0005
-#: How far under the commanded pose the box may be lowered to what really is there, and how far
-#: that may stand above it: half of what the scanner was wrong about its height. One box in 740
-#: is 6 mm higher than a scanner of 2 mm says, and nothing would go on top of it any more.
-_LOWEST, _HIGHEST = 0.010, 0.006
+#: How far under the commanded pose the box may be lowered to what really is there.
+_LOWEST = 0.010
 
 
 @dataclass(frozen=True)
@@ -162,7 +161,7 @@ def _height_under(
         beside_y = box.low[1] >= y + ey or box.high[1] <= y - ey
         if not beside_x and not beside_y and box.high[2] > under:
             under, what = box.high[2], f'box {box.box_id}'
-    if under > base + _HIGHEST:
+    if 1e3 * (under - base) > HEIGHT_TOLERANCE_MM:
         msg = (
             f'box {name}: {what} reaches {1000 * (under - base):.0f} mm above where the base of '
             'the box is to be'

@@ -54,7 +54,7 @@ def add_render(verbs: Any) -> None:  # noqa: ANN401 - argparse does not name its
         type=_MOMENT,
         dest='from_s',
         metavar='S',
-        help='first moment (default: 0; PNG: the end)',
+        help='first moment (default: the first decision; PNG: the end)',
     )
     parser.add_argument(
         '--to', type=_MOMENT, dest='to_s', metavar='S', help='last moment (default: 20 s later)'
@@ -87,7 +87,8 @@ def run_render(options: argparse.Namespace) -> int:
         out = options.out or folder / 'cell.png'
         check_kind(out)
         run = timeline(recorded_values(find_recordings(options.run)))
-        moments = _moments(options, run.end_s, one=out.suffix == '.png')
+        first_s = min((told['t'] for told in run.decisions), default=0.0)
+        moments = _moments(options, first_s, run.end_s, one=out.suffix == '.png')
         filming = Filming(run)
         try:
             write_film(out, _frames(filming, moments, options.size), options.fps)
@@ -100,11 +101,13 @@ def run_render(options: argparse.Namespace) -> int:
     return EXIT_OK
 
 
-def _moments(options: argparse.Namespace, end_s: float, *, one: bool) -> list[float]:
-    """The moments to be drawn, seconds of robot time."""
+def _moments(
+    options: argparse.Namespace, begin_s: float, end_s: float, *, one: bool
+) -> list[float]:
+    """The moments to be drawn, seconds of robot time; from ``begin_s`` where nothing is said."""
     if one:
         return [end_s if options.from_s is None else min(options.from_s, end_s)]
-    first_s = options.from_s or 0.0
+    first_s = begin_s if options.from_s is None else options.from_s
     last_s = min(end_s, first_s + 20.0 if options.to_s is None else options.to_s)
     if last_s < first_s:
         msg = f'nothing lies between {first_s:g} s and {last_s:g} s: the run ends at {end_s:g} s'

@@ -216,7 +216,7 @@
     by('mode').className = style;
     by('mode').textContent = mode && mode[2] ? `${word}: ${mode[2]}` : word;
     const placed = run.bins.reduce((sum, bin) => sum + contentAt(bin, t).size, 0);
-    const rows = [['in bins', `${placed} boxes`], ['rate so far', t > 5 ? `${Math.round(3600 * placed / t)} /h` : '–']];
+    const rows = [['in bins', placed === 1 ? '1 box' : `${placed} boxes`], ['rate so far', t > 5 ? `${Math.round(3600 * placed / t)} /h` : '–']];
     for (const bin of standing(t)) rows.push([`${bin.id}${bin.closed !== null && bin.closed <= t ? ', closed' : ''}`, `${fillOf(bin, t).toFixed(1)} % full`]);
     by('figures').replaceChildren(...rows.map(([name, value]) => {
       const div = document.createElement('div');
@@ -227,7 +227,7 @@
     if (n >= 0) {
       const d = run.decisions[n], box = run.boxes[d.box];
       parts.push(element('p', `${box.id}: ${sizeText(box.size)} mm, ${box.kg} kg`));
-      parts.push(element('p', d.rejected ? 'to the reject lane' : `to bin ${d.bin} at (${d.corner.join(', ')}) mm, axes ${d.turned}`));
+      parts.push(element('p', d.rejected ? 'to the reject lane' : `to bin ${d.bin} at (${d.corner.join(', ')}) mm, ${d.turned}`));
       if (d.why) parts.push(element('p', `Why: ${d.why}`));
       if (d.first_refusal) parts.push(element('p', `The arm could not do the first choice: ${d.first_refusal}.`));
       parts.push(element('p', `planned in ${d.planning_ms} ms (${d.status})${d.asked ? `, arm asked about ${d.asked} in ${d.check_ms} ms` : ''}`, { className: 'note' }));

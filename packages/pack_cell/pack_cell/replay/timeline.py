@@ -26,7 +26,7 @@ from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Report, Sc
 from pack_msgs_py.closing import ClosingReason
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, PlacementStatus
 from pack_msgs_py.geometry.pose import Pose
-from pack_msgs_py.orientation import oriented_size
+from pack_msgs_py.orientation import oriented_size, way_up
 from pack_msgs_py.values import STATIONS, Bin, Box, PlacedBox, frame_name
 
 #: Between two positions of the joints that differ by less nothing has moved, metres and radians.
@@ -175,7 +175,7 @@ class Timeline:
             'bin': decision.bin_id,
             'at': [round(v, 1) for v in (x, y, z)],
             'size': [round(v, 1) for v in size],
-            'turned': decision.orientation,
+            'turned': way_up(decision.orientation),
             'corner': list(decision.corner_mm),
             'status': decision.status.name.lower(),
             'rejected': rejected,

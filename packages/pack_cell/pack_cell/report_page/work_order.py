@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from pack_cell.report_page.run_folder import InBin, RunBin
+from pack_msgs_py.orientation import way_up
 from pack_msgs_py.values import Walls
 
 #: A box stands on those whose tops are at most this far above its bottom, millimetres.
@@ -32,17 +33,6 @@ class PackingLayer:
     number: int
     steps: tuple[int, ...]
     picture: Markup
-
-
-def turned(orientation: str) -> str:
-    """How a box is turned from how it lay on the belt, in words.
-
-    >>> turned('yxz'), turned('zxy')
-    ('upright, quarter turn', 'front up, quarter turn')
-    """
-    up = {'z': 'upright', 'y': 'front up', 'x': 'end up'}[orientation[2]]
-    straight = orientation in ('xyz', 'xzy', 'zyx')
-    return up if straight else f'{up}, quarter turn'
 
 
 def layers_of(boxes: Sequence[InBin]) -> list[int]:
@@ -75,7 +65,7 @@ def _overlap(one: InBin, other: InBin) -> bool:
 def packing_steps(of_run: RunBin) -> list[PackingStep]:
     """The lines of the work order, in the order of placing."""
     return [
-        PackingStep(placed, layer, turned(placed.box.orientation))
+        PackingStep(placed, layer, way_up(placed.box.orientation))
         for placed, layer in zip(of_run.boxes, layers_of(of_run.boxes), strict=True)
     ]
 
