@@ -49,7 +49,8 @@ def _run(arguments: argparse.Namespace, command: str) -> int:
     pack = without_robot if arguments.arm == NO_ARM else with_arm
     outcomes = list(pack(combinations, arguments, look))
     about = [
-        f'{len(source.boxes)} boxes ({source.name}), {arguments.orders} orders each.',
+        f'{len(source.boxes)} boxes ({source.name}), '
+        + ('1 order.' if arguments.orders == 1 else f'{arguments.orders} orders each.'),
         'Packed without a robot: what an arm cannot reach in time is not left out here.'
         if arguments.arm == NO_ARM
         else f'Run with the {arguments.arm} arm, as cell run does; the times are of the robot.',

@@ -10,7 +10,7 @@ from pack_msgs_py.values import Vec3
 
 #: How far the height of a place may be from what is known, mm: when the planner asked, the box
 #: below was still under way, and half of what the scanner is wrong about its height is seen later.
-#: One box in 740 is so much higher than a scanner of 2 mm says; with less nothing went on top of it.
+#: One box in 740 is so much higher than a scanner of 2 mm says; nothing went on top of it.
 HEIGHT_TOLERANCE_MM = 6.0
 
 
