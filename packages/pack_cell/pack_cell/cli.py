@@ -21,7 +21,8 @@ from pack_cell.replay.command import add_replay, run_replay
 from pack_cell.report_page.command import add_report, run_report
 from pack_cell.running.kept_run import kept_run
 from pack_cell.running.node_parameters import check_cell, tuned_note
-from pack_cell.running.run import EXIT_USAGE, resume, run
+from pack_cell.running.run import resume, run
+from pack_cell.running.run_watch import EXIT_USAGE
 from pack_cell.running.viewing import add_view, run_view
 from pack_cell.tune.options import add_tune
 from pack_cell.what_if.options import add_compare

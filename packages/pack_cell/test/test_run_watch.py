@@ -12,7 +12,7 @@ import pytest
 
 from pack_cell.options.run_options import RunOptions
 from pack_cell.report.record import RunRecord
-from pack_cell.running.run import EXIT_OK, EXIT_STALLED, RunWatch
+from pack_cell.running.run_watch import EXIT_OK, EXIT_STALLED, RunWatch
 from pack_msgs_py.cell_state import CellState, NodeState
 from pack_msgs_py.cell_values import Scan
 from pack_msgs_py.codes import Condition
