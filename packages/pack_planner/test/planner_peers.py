@@ -24,6 +24,7 @@ from pack_msgs_py.cell_values import BinSnapshot, Report, Scan, ScannedBox
 from pack_msgs_py.cell_values import BoxEvent as Event
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode
 from pack_msgs_py.geometry.pose import Pose
+from pack_msgs_py.orientation import QUATERNIONS, oriented_size
 from pack_msgs_py.ros import qos
 from pack_msgs_py.ros.conversions import (
     bins_to_ros,
@@ -39,6 +40,14 @@ from pack_planner.decision.planner import expected_bins
 
 #: Nothing takes that long, also on a busy machine.
 TIMEOUT_S = 30.0
+
+
+def rests(placed):
+    """The pose of a box that stands in the middle of its place, as it was turned."""
+    (x, y, z), (length, breadth, _) = placed.corner_mm, placed.size_mm
+    height = oriented_size(placed.box.size_mm, placed.orientation)[2]
+    middle = (x + length / 2, y + breadth / 2, z + height / 2)
+    return Pose(tuple(part / 1000 for part in middle), QUATERNIONS[placed.orientation])
 
 
 class Mailbox:
@@ -132,7 +141,7 @@ class Peers(Node):
         self._scan.publish(msg)
 
     def send_bins(self):
-        poses = {placed.box.id: Pose() for target in self.bins for placed in target.boxes}
+        poses = {placed.box.id: rests(placed) for target in self.bins for placed in target.boxes}
         self._bins.publish(bins_to_ros(BinSnapshot(1, self.now_s(), self.bins), poses))
 
     def send_all(self):
