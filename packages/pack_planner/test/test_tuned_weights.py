@@ -223,3 +223,4 @@ def test_foresight_decides_by_the_weights_of_the_profile_and_the_bins(
         weights.lost == (foresight.WEIGHTS_BY_VERTICES if by_vertices else foresight.WEIGHTS).lost
     )
     assert bool(weights.room) is (open_bins == 1 and not by_vertices)
+    assert (weights.tall < 0) is (profile == 'paper')
