@@ -20,7 +20,7 @@ bins what does not fit into one fits into another, and the term costs a point or
 docs/benchmarks/foresight.md has what each of these is worth. Where corners must rest on tops, the
 weights of `rollout` take the place of those that it has too. Where nothing else is asked (profile
 `paper`), columns are finished first: the waste has ``- 0.8 top / height of the bin``, more of
-``above`` and ``beside``, and 0.4 of the share of the base that nothing carries.
+``above`` and ``beside``, and 0.5 of the share of the base that nothing carries.
 """
 
 from __future__ import annotations
@@ -46,8 +46,9 @@ WEIGHTS_BY_VERTICES = replace(
 )  # fmt: skip
 
 WEIGHTS_OF_PAPER = replace(
-    WEIGHTS_BY_VERTICES, younger=1.0, no_place=10.0, above=1.6, beside=0.6, hollow=0.4, tall=-0.8
-)
+    WEIGHTS_BY_VERTICES, younger=1.0, no_place=10.0, snug=0.3, near_mm=60.0, hollow=0.5,
+    above=1.2, beside=0.7, tall=-0.8,
+)  # fmt: skip
 
 
 def weights_by(profile: Profile, open_bins: int) -> WasteWeights:
