@@ -153,8 +153,7 @@ def planned_size(box: Box, orientation: str, profile: Profile) -> Int3:
     """
     dx, dy, dz = oriented_size(box.size_mm, orientation)
     sx, sy, _ = oriented_size(box.size_stddev_mm, orientation)
-    # A box that lies askew by a small angle takes up that share of its length across.
-    sx, sy = math.hypot(sx, box.yaw_stddev_rad * dy), math.hypot(sy, box.yaw_stddev_rad * dx)
+    sx, sy = box.room_stddev(sx, dy), box.room_stddev(sy, dx)
     margin, sigmas = profile.clearance_mm, profile.size_sigmas
     return (
         _round_up(dx + margin + sigmas * sx, profile.resolution_mm),

@@ -62,6 +62,14 @@ class Box:
         """True volume, cubic millimetres."""
         return self.size_mm[0] * self.size_mm[1] * self.size_mm[2]
 
+    def room_stddev(self, stddev: float, across: float) -> float:
+        """Standard deviation of the room along a level edge, in the unit of both.
+
+        ``stddev`` is that of the edge, ``across`` the length of the other level one: a box that
+        lies askew by a small angle takes up that share of it more.
+        """
+        return math.hypot(stddev, self.yaw_stddev_rad * across)
+
 
 class Walls(str, Enum):
     """What stands around a bin's floor; the value is how it is written after a kind of bin."""

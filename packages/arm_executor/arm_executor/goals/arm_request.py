@@ -78,11 +78,12 @@ def far_side_m(box: Box, pick: Pose, target: Pose, size_sigmas: float) -> float:
         return 0.0
     along_x, along_y, _ = rotation_matrix(pick.quaternion)
     depth_mm = _along(along_y, box.size_stddev_mm)
-    askew_mm = box.yaw_stddev_rad * _along(along_x, box.size_mm) / 2
+    across_mm = _along(along_x, box.size_mm)
+    askew_mm = box.yaw_stddev_rad * across_mm / 2
     far_mm = math.hypot(depth_mm, askew_mm)
     if not far_mm:
         return 0.0
-    margin_mm = size_sigmas * math.hypot(depth_mm, 2 * askew_mm) / 2
+    margin_mm = size_sigmas * box.room_stddev(depth_mm, across_mm) / 2
     even_mm = margin_mm * (far_mm - askew_mm) / (far_mm + askew_mm)
     return min(size_sigmas * depth_mm / 2, even_mm) / 1e3
 

@@ -136,8 +136,7 @@ def largest(box: Box, size: Vec3) -> Vec3:
     """``size`` of ``box`` with one standard deviation of the room that it takes up on its sides."""
     length, breadth, height = size
     along, across, _ = metres(box.size_stddev_mm)
-    yaw = box.yaw_stddev_rad
-    along, across = math.hypot(along, yaw * breadth), math.hypot(across, yaw * length)
+    along, across = box.room_stddev(along, breadth), box.room_stddev(across, length)
     return (length + along, breadth + across, height)
 
 
