@@ -67,11 +67,13 @@ def test_the_metadata_of_rosbag2_tell_the_span(tmp_path: Path) -> None:
 def test_a_file_that_nobody_ended_is_read_up_to_its_last_chunk(tmp_path: Path) -> None:
     path = tmp_path / 'run.mcap'
     file = McapFile(path, chunk_s=1.0)
-    for second in range(10):
-        file.add(message(str(second), 1.0 + 0.6 * second))
+    for number in range(22):
+        other = topic('/clock') if number % 2 else None
+        file.add(message(str(number), 1.0 + 0.3 * number, other))
     torn = path.read_bytes()
     known = list(read_messages(path))
-    assert 4 <= len(known) < 10
+    assert 8 <= len(known) < 22
+    assert known == sorted(known, key=lambda one: one.heard_ns), 'by time, whatever the topic'
     for cut in range(len(torn) - 40, len(torn)):
         path.write_bytes(torn[:cut])
         read = list(read_messages(path))

@@ -169,7 +169,12 @@ class ArmExecutor(ManagedNode):
         self.at_release(self._heart.end)
         self._sources = Sources(self, (ARM, session))
         self._second = ''
-        self._time = RobotTime(self, self._core.robot_time, as_clock=parameters.publish_clock)
+        self._time = RobotTime(
+            self,
+            self._core.robot_time,
+            as_clock=parameters.publish_clock,
+            paced=0 < parameters.speed <= 1,
+        )
         self._views = Views(
             self,
             self._layout,

@@ -28,13 +28,19 @@ class RobotTime:
     node : whose publishers they are; it may take its time from `/clock` itself.
     robot_time : robot seconds since the start.
     as_clock : tell it on `/clock` too.
+    paced : it passes no faster than on the wall, so that one can well say what it is between two
+        that were told: half of them are, unless somebody lives by `/clock`.
     """
 
-    def __init__(self, node: Node, robot_time: Callable[[], float], *, as_clock: bool) -> None:
+    def __init__(
+        self, node: Node, robot_time: Callable[[], float], *, as_clock: bool, paced: bool = False
+    ) -> None:
         self._robot_time = robot_time
         self._start_s = time.time()
-        self._told_s, self._still = -1.0, 0
+        self._told_s = -1.0
         self._as_clock = as_clock
+        self._passing = 2 if paced and not as_clock else 1
+        self._asked = self._passing
         self._publishers = [node.create_publisher(Clock, 'robot_time', 10)]
         if as_clock:
             self._publishers.append(node.create_publisher(Clock, '/clock', 10))
@@ -47,9 +53,9 @@ class RobotTime:
     def tell(self) -> float:
         """Say what time it is, when it has changed or was not said for long; returns it."""
         now_s = self._robot_time()
-        self._still = 0 if now_s != self._told_s else self._still + 1
-        if self._still % _STANDING_STILL == 0:
-            self._told_s = now_s
+        self._asked += 1
+        if self._asked >= (self._passing if now_s != self._told_s else _STANDING_STILL):
+            self._told_s, self._asked = now_s, 0
             for publisher in self._publishers:
                 publisher.publish(Clock(clock=time_to_ros(self._start_s + now_s)))
         return now_s

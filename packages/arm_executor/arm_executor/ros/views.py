@@ -2,19 +2,21 @@
 
 - `joint_states` (sensor_msgs/JointState), with velocities: 20 Hz while the arm moves, else 10 Hz
 - `/tf` (tf2_msgs/TFMessage): the moving joints, together with `joint_states`
-- `robot_time` (rosgraph_msgs/Clock): robot time of each of these, from the start of the node on
+- `robot_time` (rosgraph_msgs/Clock): robot time from the start of the node on, with each of these
+  where it passes faster than on the wall, else 10 Hz
 - `/tf_static`: fixed parts of the arm, `belt` (head of the belt) and the frames of the bins
 - `robot_description` (std_msgs/String): the URDF
 - `~/markers` (visualization_msgs/MarkerArray): bins, belt, boxes; on change, at most 5 Hz
 
 Times are wall-clock: a fast simulation is shown as fast as it goes, and watching does not slow it.
-What costs is made only for subscribers.
+What costs is made only for subscribers. Positions are told to a micrometre or a microradian.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
+import numpy as np
 from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
@@ -40,7 +42,20 @@ JOINTS_PERIOD_S, MARKERS_PERIOD_S = 0.05, 0.2
 REST_PERIOD_S = 0.1
 _AT_REST = round(REST_PERIOD_S / JOINTS_PERIOD_S)
 
+#: What is told of positions, metres and radians: a whole number of these. Digits below that are
+#: noise which no viewer shows, and were a third of what a recording of joints and transforms took.
+_GRAIN = 2.0**-20
+
 Joints = tuple[tuple[str, ...], tuple[float, ...]]
+
+
+def coarse(values: Iterable[float]) -> tuple[float, ...]:
+    """``values`` to the nearest micro of their unit, as numbers with few bits.
+
+    >>> coarse((0.1234567890123,))
+    (0.12345695495605469,)
+    """
+    return tuple((_GRAIN * np.rint(np.array([*values]) / _GRAIN)).tolist())
 
 
 def velocities(before: Joints, now: Joints, seconds: float) -> list[float]:
@@ -123,14 +138,15 @@ class Views:
     # -- regularly -------------------------------------------------------------------------------
 
     def _show_joints(self) -> None:
-        now = self._joints()
+        names, positions = self._joints()
+        now = names, coarse(positions)
         robot_s = self._time.tell()
         self._rested = 0 if now != self._last else self._rested + 1
         if not now[0] or self._rested % _AT_REST:
             return
         stamp = self._node.get_clock().now().to_msg()
         msg = JointState(name=list(now[0]), position=list(now[1]))
-        msg.velocity = velocities(self._last, now, robot_s - self._last_s)
+        msg.velocity = coarse(velocities(self._last, now, robot_s - self._last_s))
         msg.header.stamp = stamp
         self._last, self._last_s = now, robot_s
         self._states.publish(msg)
@@ -152,6 +168,9 @@ class Views:
             shown = markers(self._scene, self._numbers, stamp)
             for marker in shown.markers:
                 marker.header.frame_id = self._prefix + marker.header.frame_id
+                where, turn = marker.pose.position, marker.pose.orientation
+                where.x, where.y, where.z = coarse((where.x, where.y, where.z))
+                turn.x, turn.y, turn.z, turn.w = coarse((turn.x, turn.y, turn.z, turn.w))
             self._markers.publish(shown)
 
     # -- transforms ------------------------------------------------------------------------------
@@ -175,6 +194,6 @@ class Views:
         msg = TransformStamped(child_frame_id=self._prefix + joint.child)
         msg.header.frame_id, msg.header.stamp = self._prefix + joint.parent, stamp
         shift, turn = msg.transform.translation, msg.transform.rotation
-        shift.x, shift.y, shift.z = pose.position
-        turn.x, turn.y, turn.z, turn.w = pose.quaternion
+        shift.x, shift.y, shift.z = coarse(pose.position)
+        turn.x, turn.y, turn.z, turn.w = coarse(pose.quaternion)
         return msg

@@ -29,7 +29,7 @@ class RecorderParameters:
         read_only=True,
     )
     chunk_s: float = parameter(
-        10.0,
+        30.0,
         'what is said in so long is compressed together; a crash loses at most that',
         unit='s',
         low=0.1,

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import struct
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, TypeAlias
 
 import yaml
 from mcap.exceptions import McapError
-from mcap.reader import NonSeekingReader
-from mcap.records import Channel, Schema
+from mcap.reader import NonSeekingReader, SeekingReader
+from mcap.records import Channel, Message, Schema
 
 from pack_cell.recording.messages import RecordedMessage, RecordedTopic
 
@@ -21,6 +22,7 @@ RUN_FILE = 'run.mcap'
 _MAGIC = b'\x89MCAP0\r\n'
 #: What the reader of a file without its end may raise where it ends.
 _TORN = (McapError, EOFError, struct.error)
+_Row: TypeAlias = tuple[Schema | None, Channel, Message]
 
 
 class NoRecording(ValueError):
@@ -56,7 +58,7 @@ def find_recordings(place: Path) -> list[Path]:
 
 
 def read_messages(path: Path, topics: Collection[str] | None = None) -> Iterator[RecordedMessage]:
-    """Every message, or those on ``topics``, in the order in which they were written.
+    """Every message, or those on ``topics``, in the order in which they were heard.
 
     A file without its end, as a killed recorder leaves it, is read up to its last whole chunk.
 
@@ -75,15 +77,32 @@ def read_messages(path: Path, topics: Collection[str] | None = None) -> Iterator
             msg = f'{path} is no MCAP file'
             raise NoRecording(msg)
         stream.seek(0)
-        with suppress(*_TORN):
-            yield from _messages(stream, topics)
+        if _has_end(stream):
+            with suppress(*_TORN):
+                yield from _values(SeekingReader(stream).iter_messages(topics))
+        else:
+            yield from _values(_torn(stream, topics))
 
 
-def _messages(stream: BinaryIO, topics: Collection[str] | None) -> Iterator[RecordedMessage]:
-    known: dict[int, RecordedTopic] = {}
+def _has_end(stream: BinaryIO) -> bool:
+    """Whether the file was ended; leaves ``stream`` at its beginning."""
+    stream.seek(-len(_MAGIC), os.SEEK_END)
+    has_end = stream.read() == _MAGIC and stream.tell() > len(_MAGIC)
+    stream.seek(0)
+    return has_end
+
+
+def _torn(stream: BinaryIO, topics: Collection[str] | None) -> list[_Row]:
+    rows: list[_Row] = []
     # The order of the file needs no index, and so no end of the file.
-    reader = NonSeekingReader(stream)
-    for schema, channel, message in reader.iter_messages(topics, log_time_order=False):
+    with suppress(*_TORN):
+        rows.extend(NonSeekingReader(stream).iter_messages(topics, log_time_order=False))
+    return sorted(rows, key=lambda row: row[2].log_time)
+
+
+def _values(rows: Iterable[_Row]) -> Iterator[RecordedMessage]:
+    known: dict[int, RecordedTopic] = {}
+    for schema, channel, message in rows:
         if channel.id not in known:
             known[channel.id] = _topic(schema, channel)
         yield RecordedMessage(
