@@ -19,6 +19,9 @@ SIZE = (0.4, 0.3, 0.1)
         (0.2, 0.250, [FLOOR, ((0.4, 0.3, 0.199), Pose((0.5, 0.15, 0.0995)))], 0.249),  # the higher
         (0.2, 0.248, [FLOOR], 0.248),
         (0.2, 0.246, [FLOOR], 0.246),  # into it: not for this to say
+        # One of two that carry it is higher than the other, and than it was scanned.
+        (0.2, 0.246, [FLOOR, ((0.2, 0.3, 0.18), Pose((0.1, 0.15, 0.09)))], 0.246),
+        (0.2, 0.062, [((0.1, 0.3, 0.013), Pose((0.2, 0.15, 0.0065)))], 0.062),
         (0.2, 0.248 + MOST_M + 0.001, [FLOOR], 0.248 + MOST_M + 0.001),
         (0.598, 0.250, [FLOOR], 0.250),  # beside it: on two millimetres nothing stands
     ],

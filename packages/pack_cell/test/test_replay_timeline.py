@@ -22,7 +22,15 @@ from pack_cell.recording.heard import (
 )
 from pack_cell.replay.page import replay_page
 from pack_cell.replay.timeline import timeline
-from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Report, Scan, ScannedBox
+from pack_msgs_py.cell_values import (
+    BinSnapshot,
+    BoxEvent,
+    Decision,
+    Report,
+    RunnerUp,
+    Scan,
+    ScannedBox,
+)
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, Mode, PlacementStatus
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin
@@ -94,6 +102,20 @@ def test_a_closed_bin_and_a_rejected_box_are_told() -> None:
     run = story((0.0, snapshot(FULL)), (1.0, rejected), (2.0, FULL), (3.0, FULL))
     assert run['bins'][0]['closed'] == 2.0
     assert (run['decisions'][0]['rejected'], run['decisions'][0]['why']) == (True, 'too long')
+
+
+def test_what_else_there_was_is_told_in_plain_words_each_place_once() -> None:
+    less = RunnerUp('b', 'LDC-1', (0, 0, 100), 2.0)
+    refused = RunnerUp('a', 'LDC-1', (5, 0, 0), 1.0, ErrorCode.PATH_IN_COLLISION)
+    decision = replace(
+        DECISION, first_refusal=ErrorCode.NO_IK_SOLUTION, runners_up=(refused, less, less)
+    )
+    [told] = story((0.5, decision))['decisions']
+    assert told['first_refusal'] == 'the arm cannot reach there'
+    assert told['others'] == [
+        ('a → LDC-1 at x 5, y 0, z 0', 'the arm: something is in the way'),
+        ('b → LDC-1 at x 0, y 0, z 100', 'fills less well'),
+    ]
 
 
 def test_an_arm_that_rests_does_not_creep_to_where_it_goes_next() -> None:

@@ -21,7 +21,8 @@ _EDGE_M = 0.005
 def sunk(pose: Pose, size: Vec3, others: Iterable[tuple[Vec3, Pose]]) -> Pose:
     """``pose`` of a box of this ``size``, lowered onto floor or ``others``; bin frame, metres.
 
-    It stays level, on the highest of what is beneath, and where nothing is near enough.
+    It stays level, on the highest of what is beneath; it stays where it is when nothing is near
+    enough, or when what carries it stands a little higher than it was let go.
 
     >>> sunk(Pose((0.2, 0.2, 0.153)), (0.4, 0.4, 0.1), [((0.4, 0.4, 0.1), Pose((0.2, 0.2, 0.05)))])
     Pose(position=(0.2, 0.2, 0.15), quaternion=(0.0, 0.0, 0.0, 1.0))
@@ -35,8 +36,8 @@ def sunk(pose: Pose, size: Vec3, others: Iterable[tuple[Vec3, Pose]]) -> Pose:
             for axis in (0, 1)
         ):
             tops.append(other_high[2])
-    beneath = [top for top in tops if top <= low[2]]
-    gap = low[2] - max(beneath, default=low[2])
+    # One that is higher than it was scanned carries it all the same: what is below that does not.
+    gap = low[2] - min(low[2], max(tops))
     if gap > MOST_M:
         return pose
     x, y, z = pose.position

@@ -19,7 +19,8 @@ def replay_page(name: str, heard: Sequence[Heard]) -> str:
     belt = Layout().conveyor
     # No message tells how broad and long the belt is.
     run['belt_size'] = [belt.width, belt.length]
-    minutes, seconds = divmod(round(run['end']), 60)
+    begun_s = run['decisions'][0]['t'] if run['decisions'] else 0.0
+    minutes, seconds = divmod(round(run['end'] - begun_s), 60)
     subtitle = (
         f'{len(run["boxes"])} boxes, {len(run["decisions"])} decisions, '
         f'{minutes}:{seconds:02d} min robot time'

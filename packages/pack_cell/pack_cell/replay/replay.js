@@ -5,6 +5,8 @@
   const floats = (text) => new Float32Array(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
   const scene = new Scene(by('view'));
   if (!scene.gl) by('without3d').hidden = false;
+  // Nodes start and look before they decide for the first time: nothing is to be seen of that.
+  const begun = run.decisions.length ? run.decisions[0].t : 0, begin = Math.max(0, begun - 2);
 
   // Index of the last row whose time is not after `t`; -1 before the first.
   const last = (rows, t, time = (row) => row[0]) => {
@@ -51,12 +53,26 @@
     const size = high.map((v, n) => v - low[n]), middle = M.pose(high.map((v, n) => (v + low[n]) / 2));
     return { mesh: 'box', model: M.scaled(M.times(frame, middle), size), colour, alpha };
   };
-  const still = [block([-3.4, -2.4, -0.03], [3.4, 4.2, -0.005], [0.74, 0.76, 0.79])];
+  const dark = matchMedia('(prefers-color-scheme: dark)');
+  const floor = { light: block([-3.4, -2.4, -0.03], [3.4, 4.2, -0.005], [0.74, 0.76, 0.79]), dark: block([-3.4, -2.4, -0.03], [3.4, 4.2, -0.005], [0.27, 0.3, 0.34]) };
+  const still = [];
   const head = run.belt_head;
   if (head) {
-    // As long as boxes were ever seen on it.
-    const far = run.belt.reduce((most, [, rows]) => rows.reduce((y, row) => Math.max(y, row[2] / 1000 + 0.35), most), head[1] + run.belt_size[1]);
-    still.push(block([-run.belt_size[0] / 2, head[1], 0], [run.belt_size[0] / 2, far, head[2]], [0.2, 0.21, 0.23]));
+    // As long, and with a strand as low, as boxes were ever seen on it.
+    const [width, length] = run.belt_size, thick = 0.05;
+    let far = head[1] + length, low = head[2];
+    for (const [, rows] of run.belt) {
+      for (const [box, , y, z] of rows) {
+        far = Math.max(far, y / 1000 + 0.35);
+        low = Math.min(low, Math.round((z - run.boxes[box].size[2] / 2) / 100) / 10);
+      }
+    }
+    for (const top of low < head[2] - 0.2 ? [head[2], low] : [head[2]]) {
+      still.push(block([-width / 2, head[1], top - thick], [width / 2, far, top], [0.2, 0.21, 0.23]));
+    }
+    for (const x of [-width / 2, width / 2]) {
+      for (const y of [head[1] + 0.1, far - 0.1]) still.push(block([x - 0.025, y - 0.025, 0], [x + 0.025, y + 0.025, head[2] - thick], [0.45, 0.47, 0.5]));
+    }
   }
   if (run.robot) {
     const rail = run.robot.joints.find((joint) => joint.kind === 'prismatic');
@@ -167,9 +183,12 @@
     return Object.values(at);
   };
 
+  // The colours of the live page.
+  const LAST = [0.1, 0.55, 0.95, 1], NEXT = [0.98, 0.62, 0.1];
+
   // -- the picture -------------------------------------------------------------------------------
   const thingsAt = (t) => {
-    const things = [...still], tcp = hasArm ? framesOf(jointsAt(t)) : null;
+    const things = [dark.matches ? floor.dark : floor.light, ...still], tcp = hasArm ? framesOf(jointsAt(t)) : null;
     if (tcp) things.push(...shapesOf(tcp));
     const shown = new Set();
     const inAir = carries.filter((carry) => carry.from <= t + 1e-9 && t < carry.to - 1e-9);
@@ -179,7 +198,7 @@
       things.push(...wallsOf(bin, frame));
       for (const [box, row] of content) {
         shown.add(box);
-        things.push(boxThing(box, inBin(frame, row), box === newest ? { edges: [1, 0.75, 0.1, 1] } : {}));
+        things.push(boxThing(box, inBin(frame, row), box === newest ? { edges: LAST } : {}));
       }
     }
     for (const carry of inAir) {
@@ -195,7 +214,7 @@
       const target = ghost.rejected || placed ? null : targetOf(ghost);
       if (target) {
         const model = M.scaled(target, ghost.size.map((v) => v / 1000));
-        things.push({ mesh: 'box', model, colour: [0.1, 0.7, 0.45], alpha: 0.3, edges: [0.05, 0.55, 0.35, 1] });
+        things.push({ mesh: 'box', model, colour: NEXT, alpha: 0.4, edges: [...NEXT, 1] });
       }
     }
     return things;
@@ -216,7 +235,7 @@
     by('mode').className = style;
     by('mode').textContent = mode && mode[2] ? `${word}: ${mode[2]}` : word;
     const placed = run.bins.reduce((sum, bin) => sum + contentAt(bin, t).size, 0);
-    const rows = [['in bins', placed === 1 ? '1 box' : `${placed} boxes`], ['rate so far', t > 5 ? `${Math.round(3600 * placed / t)} /h` : '–']];
+    const rows = [['in bins', placed === 1 ? '1 box' : `${placed} boxes`], ['rate so far', t > begun + 5 ? `${Math.round(3600 * placed / (t - begun))} /h` : '–']];
     for (const bin of standing(t)) rows.push([`${bin.id}${bin.closed !== null && bin.closed <= t ? ', closed' : ''}`, `${fillOf(bin, t).toFixed(1)} % full`]);
     by('figures').replaceChildren(...rows.map(([name, value]) => {
       const div = document.createElement('div');
@@ -229,7 +248,12 @@
       parts.push(element('p', `${box.id}: ${sizeText(box.size)} mm, ${box.kg} kg`));
       parts.push(element('p', d.rejected ? 'to the reject lane' : `to bin ${d.bin} at (${d.corner.join(', ')}) mm, ${d.turned}`));
       if (d.why) parts.push(element('p', `Why: ${d.why}`));
-      if (d.first_refusal) parts.push(element('p', `The arm could not do the first choice: ${d.first_refusal}.`));
+      if (d.first_refusal) parts.push(element('p', `The arm would not do the first choice: ${d.first_refusal}.`));
+      if (d.others.length) {
+        const list = element('ul', '');
+        list.append(...d.others.map(([place, reason]) => element('li', `${place}: ${reason}`)));
+        parts.push(element('p', 'What else there was', { className: 'note' }), list);
+      }
       parts.push(element('p', `planned in ${d.planning_ms} ms (${d.status})${d.asked ? `, arm asked about ${d.asked} in ${d.check_ms} ms` : ''}`, { className: 'note' }));
       if (d.code) parts.push(element('p', `outcome: ${d.code === 'NONE' ? 'as planned' : d.code.replaceAll('_', ' ').toLowerCase()}, motion ${d.motion_s} s, ${d.slack_s} s to spare`, { className: 'note' }));
     }
@@ -240,11 +264,10 @@
       item.append(element('time', seconds(time)), text);
       return item;
     }));
-    by('clock').textContent = `${seconds(t)} of ${seconds(run.end)} robot time`;
+    by('clock').textContent = `${seconds(t)} of ${seconds(run.end)}`;
   };
 
   // -- time --------------------------------------------------------------------------------------
-  const dark = matchMedia('(prefers-color-scheme: dark)');
   let now = 0, playing = false, before = null, due = false, told = null;
   const frame = (stamp) => {
     due = false;
@@ -274,7 +297,7 @@
     if (by_ < 0) {
       // Back to the beginning of this decision first, then to the one before.
       const at = n >= 0 && now - times[n] > 0.05 ? n : n - 1;
-      goTo(at >= 0 ? times[at] : 0);
+      goTo(at >= 0 ? times[at] : begin);
     } else {
       const next = times.find((t) => t > now + 0.005);
       goTo(next ?? run.end);
@@ -285,23 +308,24 @@
     const canvas = by('marks'), paper = canvas.getContext('2d');
     canvas.width = canvas.clientWidth;
     canvas.height = canvas.clientHeight;
-    const style = getComputedStyle(document.documentElement), x = (t) => 8 + (canvas.width - 16) * t / (run.end || 1);
+    const style = getComputedStyle(document.documentElement), x = (t) => 8 + (canvas.width - 16) * (t - begin) / (run.end - begin || 1);
     const line = (t, colour, from) => { paper.fillStyle = style.getPropertyValue(colour); paper.fillRect(x(t) - 0.75, from, 1.5, canvas.height - from); };
     run.decisions.forEach((d) => line(d.t, d.rejected ? '--s4' : '--muted', 7));
     run.bins.forEach((bin) => { if (bin.closed !== null) line(bin.closed, '--accent', 3); });
     run.notes.forEach(([t, , bad]) => { if (bad) line(t, '--bad', 0); });
   };
 
+  by('time').min = begin;
   by('time').max = run.end;
   by('time').addEventListener('input', () => { setPlaying(false); goTo(Number(by('time').value)); });
-  by('play').addEventListener('click', () => { if (!playing && now >= run.end) goTo(0); setPlaying(!playing); });
-  by('first').addEventListener('click', () => goTo(0));
+  by('play').addEventListener('click', () => { if (!playing && now >= run.end) goTo(begin); setPlaying(!playing); });
+  by('first').addEventListener('click', () => goTo(begin));
   by('last').addEventListener('click', () => goTo(run.end));
   by('back').addEventListener('click', () => step(-1));
   by('forth').addEventListener('click', () => step(1));
   addEventListener('keydown', (event) => {
     if (event.target.matches('input, select')) return;
-    const keys = { ' ': () => by('play').click(), ArrowLeft: () => step(-1), ArrowRight: () => step(1), Home: () => goTo(0), End: () => goTo(run.end) };
+    const keys = { ' ': () => by('play').click(), ArrowLeft: () => step(-1), ArrowRight: () => step(1), Home: () => goTo(begin), End: () => goTo(run.end) };
     if (keys[event.key] && !(event.key === ' ' && event.target.matches('button'))) { event.preventDefault(); keys[event.key](); }
   });
   addEventListener('resize', () => { marks(); ask(); });

@@ -40,7 +40,7 @@ const M = {
 class Scene {
   constructor(canvas) {
     this.canvas = canvas;
-    this.gl = canvas.getContext('webgl', { antialias: true, preserveDrawingBuffer: true });
+    this.gl = canvas.getContext('webgl', { alpha: false, antialias: true, preserveDrawingBuffer: true });
     this.home = { yaw: 1.08, pitch: 0.55, far: 5.6, at: [0, 0.42, 0.7] };
     this.camera = { ...this.home, at: [...this.home.at] };
     if (!this.gl) return;
@@ -57,6 +57,8 @@ class Scene {
       uniform mat4 view; uniform mat4 model; uniform vec4 colour; varying vec4 shade;
       void main() {
         gl_Position = view * model * vec4(position, 1.0);
+        // Edges stand a little before their faces, by 1.5 thousandths of the distance.
+        if (normal == vec3(0.0)) gl_Position.z -= 0.0003;
         vec3 n = normalize(mat3(model) * normal + vec3(1e-6));
         float lit = 0.58 + 0.30 * max(0.0, n.z) + 0.22 * max(0.0, dot(n, vec3(0.5, 0.75, 0.3)));
         shade = vec4(colour.rgb * (normal == vec3(0.0) ? 1.0 : lit), colour.a);
@@ -141,8 +143,6 @@ class Scene {
     gl.clearColor(...(dark ? [0.105, 0.137, 0.172] : [0.955, 0.965, 0.975]), 1);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     gl.enable(gl.DEPTH_TEST);
-    gl.enable(gl.POLYGON_OFFSET_FILL);
-    gl.polygonOffset(1, 1);
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     gl.uniformMatrix4fv(this.uniform.view, false, this.view(width / height));
     gl.disable(gl.BLEND);

@@ -22,6 +22,7 @@ from pack_cell.recording.heard import (
     JointPositions,
     RobotText,
 )
+from pack_cell.view.plain_words import ENDINGS, runner_up_lines
 from pack_msgs_py.cell_values import BinSnapshot, BoxEvent, Decision, Report, Scan
 from pack_msgs_py.closing import ClosingReason
 from pack_msgs_py.codes import BoxEventKind, ErrorCode, PlacementStatus
@@ -33,6 +34,8 @@ from pack_msgs_py.values import STATIONS, Bin, Box, PlacedBox, frame_name
 _STILL = 1e-4
 #: A box in a bin that is measured anew within this is where it was, millimetres.
 _SAME_PLACE_MM = 1.0
+#: What else there was that is told of a decision.
+_OTHERS = 4
 #: Events at which a box is in the gripper no more.
 _LET_GO = (BoxEventKind.PLACED, BoxEventKind.RETURNED, BoxEventKind.LOST, BoxEventKind.REJECTED)
 
@@ -185,7 +188,8 @@ class Timeline:
             'asked': decision.candidates_checked,
             'first_refusal': ''
             if decision.first_refusal is ErrorCode.NONE
-            else decision.first_refusal.name.replace('_', ' ').lower(),
+            else ENDINGS[decision.first_refusal],
+            'others': runner_up_lines(decision)[:_OTHERS],
         }
         self.decisions.append(told)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pack_msgs_py.cell_values import Decision, RunnerUp
 from pack_msgs_py.codes import ErrorCode, Reason
 
 #: How a goal ended, or why the arm would not take a placement.
@@ -48,3 +49,24 @@ REASONS = {
     Reason.UNREACHABLE: 'out of reach of the arm',
     Reason.FAULT: 'failed three times',
 }
+
+
+def runner_up_lines(decision: Decision | None) -> list[tuple[str, str]]:
+    """What ``decision`` was preferred to, and why, best first; each place once, however turned."""
+    if decision is None:
+        return []
+    lines = [
+        (
+            _place_text(other),
+            'fills less well'
+            if other.refusal is ErrorCode.NONE
+            else f'the arm: {ENDINGS[other.refusal]}',
+        )
+        for other in decision.runners_up
+    ]
+    return list(dict.fromkeys(lines))
+
+
+def _place_text(other: RunnerUp) -> str:
+    x, y, z = other.corner_mm
+    return f'{other.box_id} → {other.bin_id} at x {x}, y {y}, z {z}'

@@ -8,9 +8,9 @@ from typing import Any
 from pack_cell.pages.rendering import render
 from pack_cell.view.banner import for_the_page
 from pack_cell.view.cell_view import CellView
-from pack_cell.view.plain_words import ENDINGS, REASONS
-from pack_msgs_py.cell_values import Decision, RunnerUp
-from pack_msgs_py.codes import ErrorCode, PlacementStatus
+from pack_cell.view.plain_words import REASONS, runner_up_lines
+from pack_msgs_py.cell_values import Decision
+from pack_msgs_py.codes import PlacementStatus
 
 #: Happenings that are shown.
 SHOWN = 5
@@ -70,26 +70,6 @@ def why_lines(decision: Decision | None) -> list[str]:
     if not decision.candidates_checked:
         lines.append('The arm was not asked before')
     return lines
-
-
-def runner_up_lines(decision: Decision | None) -> list[tuple[str, str]]:
-    """What ``decision`` was preferred to, and why, best first."""
-    if decision is None:
-        return []
-    return [
-        (
-            _place_text(other),
-            'fills less well'
-            if other.refusal is ErrorCode.NONE
-            else f'the arm: {ENDINGS[other.refusal]}',
-        )
-        for other in decision.runners_up
-    ]
-
-
-def _place_text(other: RunnerUp) -> str:
-    x, y, z = other.corner_mm
-    return f'{other.box_id} → {other.bin_id} at x {x}, y {y}, z {z}'
 
 
 def alarms_html(view: CellView) -> str:
