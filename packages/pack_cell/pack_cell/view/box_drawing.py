@@ -86,4 +86,8 @@ class DrawnBatch:
 
 
 def _bytes(batch: Batch) -> np.ndarray:
-    return (255 * batch.colours).astype(np.uint8)
+    """Colours as the page draws those of a batch: linear ones, unlike those of all else (sRGB)."""
+    shade = batch.colours
+    linear = np.where(shade <= 0.04045, shade / 12.92, ((shade + 0.055) / 1.055) ** 2.4)
+    made: np.ndarray = np.rint(255 * linear).astype(np.uint8)
+    return made

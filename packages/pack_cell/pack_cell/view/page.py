@@ -20,6 +20,8 @@ from pack_cell.view.web_server import start_server, stop_server
 from pack_msgs_py.geometry.pose import metres
 from pack_msgs_py.values import STATIONS, Vec3
 
+#: The red of the banner: white can be read on it.
+_STOP = (193, 23, 23)
 #: Width of the panel, pixels.
 _PANEL = 400
 #: Where one sees the whole cell from, and what one looks at.
@@ -285,7 +287,7 @@ class CellPage:
         gui = self._server.gui
         self._pause = gui.add_button('Pause', color='yellow', icon=viser.Icon.PLAYER_PAUSE)
         self._resume = gui.add_button('Resume', color='green', icon=viser.Icon.PLAYER_PLAY)
-        self._stop = gui.add_button('Stop', color='red', icon=viser.Icon.HAND_STOP)
+        self._stop = gui.add_button('Stop', color=_STOP, icon=viser.Icon.HAND_STOP)
         self._reset = gui.add_button('Reset', color='blue', icon=viser.Icon.REFRESH)
         self._acknowledge = gui.add_button('Acknowledge', color='orange', icon=viser.Icon.CHECK)
         for button, order in (
