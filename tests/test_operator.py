@@ -46,7 +46,7 @@ def test_a_paused_run_waits_and_a_drained_one_ends_well(
     cell.wait_for_placements(1)
     assert verb(ros_domain, 'drain', '--who', 'ben')[0] == 0
     assert cell.wait(60) == 0, cell.text()
-    assert 'DRAINED by ben' in cell.lines[-1] and 'were not fed' in cell.lines[-1]
+    assert 'DRAINED by ben' in cell.lines[-1] and 'Not fed: ' in cell.lines[-1]
     summary = cell.summary()
     assert 0 < summary['placed'] == summary['boxes_supplied'] < 60
     assert_every_box_in_one_place(cell, summary['boxes_supplied'])

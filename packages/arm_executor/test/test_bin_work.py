@@ -46,7 +46,7 @@ def test_a_swap_closes_a_bin_and_opens_an_empty_one_there(make_core_bench):
     bench = make_core_bench()
     bench.place(BOX)
     text = work_of(bench).swap('A')
-    assert text == 'bin LDC-1 closed with 1 boxes; empty bin LDC-3 is open'
+    assert text == 'bin LDC-1 closed with 1 box; empty bin LDC-3 is open'
     assert stations(bench) == [('B', 'LDC-2'), ('A', 'LDC-3')]
 
 

@@ -99,6 +99,19 @@ def test_every_request_is_in_the_journal_with_who_when_and_why(make_core_bench):
     assert operation.stamp_s > 1e9
 
 
+def test_who_acknowledged_an_alarm_and_why_is_in_the_journal(make_core_bench):
+    bench = make_core_bench(faults={BOX.id: ErrorCode.BOX_LOST})
+    bench.place(BOX)
+    bench.core.panel.acknowledge('anna', 'was on the floor')
+    (kept,) = bench.journal.alarms()
+    assert (kept.alarm.code, kept.over_by, kept.over_why) == (
+        'BOX_LOST',
+        'anna',
+        'was on the floor',
+    )
+    assert kept.over_s >= kept.alarm.raised_s
+
+
 def test_each_alarm_says_what_a_person_does():
     assert {'BOX_LOST', 'COLLISION', 'JAM'} <= set(ALARMS)
     assert all('cell ack' in TROUBLES[code].action for code in ALARMS)

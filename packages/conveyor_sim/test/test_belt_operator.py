@@ -128,13 +128,36 @@ def test_after_a_jam_the_belt_stands_until_somebody_acknowledges_it():
     assert belt.do(Command.ACKNOWLEDGE)[0] is False
 
 
+def test_when_a_jam_came_and_went_and_who_acknowledged_it_and_why_stays_in_the_ledger():
+    belt = Worked(jams='at:1+10,40+10')
+    belt.step(2.0)
+    begun_s = belt.cell.clock()[1]
+    belt.step(20.0)
+    over_s = belt.cell.clock()[1]
+    belt.step(5.0)
+    belt.do(Command.ACKNOWLEDGE, 'carton was stuck')
+    belt.step(20.0)
+    belt.cell.restart()
+    first, second = belt.cell.ledger.alarms()
+    assert (first.alarm.code, first.alarm.severity) == ('JAM', Severity.ALARM)
+    assert (first.alarm.raised_s, first.ended_s) == pytest.approx((begun_s, over_s))
+    assert first.over_s == pytest.approx(over_s + 5.0)
+    assert (first.over_by, first.over_why) == ('anna', 'carton was stuck')
+    assert (second.ended_s, second.over_s) == (None, None)
+
+
 def test_a_jam_that_is_acknowledged_before_it_is_over_ends_by_itself():
     belt = Worked(jams='at:1+10')
     belt.step(2.0)
     assert belt.do(Command.ACKNOWLEDGE)[1].endswith('the belt goes on once the jam is over')
-    assert belt.condition == 'jammed'
+    assert belt.step(1.0) is None
+    belt.cell.restart()
+    belt.begin()
+    assert belt.step(1.0) is None
+    assert (belt.condition, belt.operator.standing) == ('jammed', ())
     belt.step(10.0)
     assert belt.condition == 'running'
+    assert len(belt.cell.ledger.alarms()) == 1
 
 
 def test_where_nobody_stands_by_a_jam_is_shown_while_it_lasts():
@@ -143,6 +166,8 @@ def test_where_nobody_stands_by_a_jam_is_shown_while_it_lasts():
     assert (warning.code, warning.severity) == ('JAM', Severity.WARNING)
     assert belt.step(10.0) == ()
     assert belt.condition == 'running'
+    (kept,) = belt.cell.ledger.alarms()
+    assert kept.ended_s is not None and kept.over_s is None
 
 
 @pytest.mark.parametrize('command', [Command.PAUSE, Command.SWAP_BIN])

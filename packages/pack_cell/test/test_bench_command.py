@@ -63,6 +63,18 @@ def test_a_box_file_is_packed_and_what_does_not_fit_is_said(box_file, tmp_path, 
     assert 'look-ahead 5 sees all 4 boxes' in output.err
 
 
+def test_units_and_decimal_mark_of_a_box_file_can_be_said(tmp_path):
+    path = tmp_path / 'boxes.csv'
+    path.write_text('id;l;w;h\n' + ''.join(f'{n};30,125;20,250;{n + 10},500\n' for n in range(4)))
+    few = ('--bins', '60x40x40', '--algorithms', 'first_fit', '--boxes', path,
+           '--plan', tmp_path / 'p.jsonl')  # fmt: skip
+    assert bench(*few) == 2
+    assert bench(*few, '--units', 'cm', '--decimal', 'comma') == 0
+    places = map(json.loads, (tmp_path / 'p.jsonl').read_text().splitlines())
+    sizes = [place['box']['size_mm'] for place in places if place['event'] == 'place']
+    assert [301.25, 202.5, 105.0] in sizes
+
+
 def test_margins_of_ones_own_are_part_of_the_record(tmp_path):
     path = tmp_path / 'r.json'
     few = ('--bins', '60x40x40', '--collections', '1', '--profile', 'dense', '--json', path)

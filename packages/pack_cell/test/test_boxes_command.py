@@ -31,7 +31,7 @@ def test_all_that_is_understood_is_shown_and_written_in_our_own_format(
     told = ' '.join(capsys.readouterr().out.split())
     assert code == 1, 'a row is rejected'
     for part in (
-        f'{boxes_file}: 4 boxes, 1 rejected rows',
+        f'{boxes_file}: 4 boxes, 1 rejected row',
         "length is 'Länge (cm)' in cm, decimal comma",
         'note: not used: Farbe',
         "rejected: list [1].csv, line 5, column Breite (cm): 'x' is not a number (5 boxes)",
@@ -42,7 +42,7 @@ def test_all_that_is_understood_is_shown_and_written_in_our_own_format(
         'cannot ride on the belt: 1: beam (size x is 1700 mm',
         'too heavy for ur20, which lifts 20 kg: 1: anvil (28 kg)',
         '2 boxes carry nothing on top',
-        f'written: 4 boxes to {clean}, without 1 rejected rows',
+        f'written: 4 boxes to {clean}, without 1 rejected row',
     ):
         assert part in told
     boxes = [entry for entry in read_boxes(boxes_file).entries if hasattr(entry, 'size_mm')]

@@ -46,7 +46,7 @@ def printed(capsys, *steps, decided=True):
 def test_a_bin_is_told_closed_after_the_last_box_that_went_into_it(capsys, steps):
     before_the_end, order = printed(capsys, *steps)
     assert order == ['a', 'closed']
-    assert 'bin LDC-1 closed: 1 boxes, 6.1 % full' in before_the_end
+    assert 'bin LDC-1 closed: 1 box, 6.1 % full' in before_the_end
 
 
 def say_why(record, display):

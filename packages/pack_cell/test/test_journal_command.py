@@ -66,7 +66,7 @@ def run(tmp_path):
     log = OperationLog(journal, threading.RLock())
     log.write(Operation(1.7e9, 'SWAP_BIN', 'A', 'anna', 'full', False, 'a box is on its way'))
     log.raise_alarm(Alarm('BOX_LOST', "box 'a' moved 12 mm", box_id='a', raised_s=1.7e9 + 5))
-    log.acknowledge(1.7e9 + 65)
+    log.acknowledge(1.7e9 + 65, 'anna', 'box was on the floor')
     journal.close()
     ledger = Ledger(state, 'f', 'four boxes')
     ledger.save(
@@ -78,6 +78,8 @@ def run(tmp_path):
         ],
         {},
     )
+    jam = ledger.raise_alarm(Alarm('JAM', 'the belt has jammed', raised_s=1.7e9 - 30))
+    ledger.end_alarm(jam, 1.7e9 - 20)
     ledger.write_operation(Operation(1.7e9 - 60, 'DRAIN', '', 'ben', '', True, 'drained'))
     ledger.close()
     return tmp_path / 'run'
@@ -98,7 +100,10 @@ def test_show_tells_who_asked_for_what_and_which_alarms_there_were(run, capsys):
     asked = shown[shown.index('asked for by people:') :].splitlines()
     assert asked[1].endswith('DRAIN of the belt by ben: drained')
     assert asked[2].endswith('SWAP_BIN A of the arm by anna (full): refused: a box is on its way')
-    assert "alarm BOX_LOST: box 'a' moved 12 mm; acknowledged 2023-11-" in asked[4]
+    assert 'alarm JAM of the belt: the belt has jammed; over 2023-11-' in asked[4]
+    assert asked[4].endswith(', not acknowledged')
+    assert "alarm BOX_LOST of the arm: box 'a' moved 12 mm; acknowledged 2023-11-" in asked[5]
+    assert asked[5].endswith(' by anna (box was on the floor)')
     assert main(['journal', 'show', str(run), '--box', 'a']) == 0
     assert "BOX_LOST: box 'a' moved 12 mm" in capsys.readouterr().out
 
@@ -127,8 +132,11 @@ def test_export_writes_csv_and_json_that_hold_everything(run, capsys):
         ('belt', 'ben', 'True'),
         ('arm', 'anna', 'False'),
     ]
-    (alarm,) = csv.DictReader((run / 'journal' / 'alarms.csv').open())
-    assert (alarm['code'], alarm['severity'], alarm['box_id']) == ('BOX_LOST', 'ALARM', 'a')
+    jam, lost = csv.DictReader((run / 'journal' / 'alarms.csv').open())
+    assert (lost['code'], lost['severity'], lost['box_id']) == ('BOX_LOST', 'ALARM', 'a')
+    assert (lost['node'], lost['who'], lost['why']) == ('arm', 'anna', 'box was on the floor')
+    assert lost['acknowledged'] > lost['raised'] > jam['ended'] > jam['raised']
+    assert (jam['node'], jam['acknowledged']) == ('belt', '')
 
 
 def test_books_as_they_were_written_are_found_right(run, capsys):

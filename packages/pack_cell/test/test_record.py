@@ -143,7 +143,7 @@ def test_a_box_that_waits_for_its_place_on_the_belt_is_on_the_belt():
 def test_boxes_that_no_topic_showed_are_found():
     record = finished_record()
     record.on_scan(scan(supplied=3))
-    assert record.unaccounted() == ['2 boxes were supplied that no topic ever showed']
+    assert record.unaccounted() == ['supplied, and never shown on any topic: 2 boxes']
 
 
 def test_a_closed_bin_leaves_the_open_ones_whatever_comes_first():

@@ -71,7 +71,7 @@ def test_a_run_in_which_nothing_happens_for_no_reason_stalls():
 def test_a_drained_run_ends_well_and_says_what_was_not_fed():
     ending = Quiet(DRAINED, 5.0, Scan(1, 1.0, remaining=12)).ending()
     assert (ending.code, ending.interrupted) == (EXIT_OK, False)
-    assert ending.reason == 'DRAINED by anna; the belt is empty. 12 boxes were not fed'
+    assert ending.reason == 'DRAINED by anna; the belt is empty. Not fed: 12 boxes'
 
 
 def test_a_drained_run_does_not_end_before_its_boxes_have():

@@ -10,6 +10,7 @@ import time
 
 import pytest
 
+from conveyor_sim.streams import Reading
 from pack_cell.bench.runner import Workers
 from pack_cell.cli import main
 from pack_cell.options.run_options import parse_run_options
@@ -108,7 +109,7 @@ def test_it_goes_on_where_it_was_and_ends_where_one_run_would(folder, capsys):
     with (folder / 'once.json.trials').open('a') as file:
         file.write('{"weights": {"lid"')  # killed while it wrote
     assert tune('--evaluations', 12, '--out', 'once.json') == 0
-    assert 'trials of earlier runs are known' in capsys.readouterr().err
+    assert 'known of earlier runs: ' in capsys.readouterr().err
     assert (folder / 'once.json.trials').read_text().startswith(known)
     assert tune('--evaluations', 12, '--out', 'twice.json', '--quiet') == 0
     assert capsys.readouterr().err == ''
@@ -195,6 +196,15 @@ def test_a_stream_is_the_same_again_and_no_other_is_like_it():
     assert all(sizes(one)[:5] != sizes(other)[:5] for other in others)
     assert sum(box.volume_mm3 for box in one) >= 6 * parse_bin('60x40x40').volume_mm3
     assert all(box.size_stddev_mm == (2.0, 2.0, 2.0) for box in one)
+
+
+def test_how_a_list_is_read_is_part_of_what_is_tuned_for(tmp_path):
+    path = tmp_path / 'boxes.csv'
+    path.write_text('id;l;w;h\n' + ''.join(f'{n};30,125;20,250;{n + 10},500\n' for n in range(9)))
+    read = settings(boxes=(str(path),), reading=Reading('cm', 'comma'), scan_sigma_mm=0.0)
+    assert {box.size_mm[:2] for box in stream_boxes(read, TRAINING, 0)} == {(301.25, 202.5)}
+    assert read.identity['reading']['units'] == 'cm'
+    assert 'reading' not in settings().identity
 
 
 def test_a_list_in_its_order_is_checked_on_its_last_third(tmp_path):

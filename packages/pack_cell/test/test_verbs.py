@@ -86,7 +86,7 @@ STORY = [
     ('hold A', EXIT_DONE, 'Bin LDC-1 is held; .* cell release LDC-1.'),
     ('hold LDC-1', EXIT_REFUSED, 'cell hold: bin LDC-1 is held already'),
     ('release A', EXIT_DONE, 'Bin LDC-1 is filled again.'),
-    ('swap A', EXIT_DONE, 'Bin LDC-1 closed with 1 boxes; empty bin LDC-3 is open.'),
+    ('swap A', EXIT_DONE, 'Bin LDC-1 closed with 1 box; empty bin LDC-3 is open.'),
     ('close B', EXIT_DONE, 'Bin LDC-2 closed with 0 boxes; .*until: cell swap B.'),
     ('close B', EXIT_REFUSED, "cell close: there is no open bin 'B'; open are LDC-3 at A"),
     ('swap B', EXIT_DONE, 'Empty bin LDC-4 stands at station B.'),

@@ -160,6 +160,34 @@ def test_with_an_arm_each_combination_is_a_run_and_none_is_run_twice(tmp_path, m
     assert '2 deadlines were missed' in page.replace('</p>', '').lower()
 
 
+#: Neither units nor what the comma means can be told from it.
+UNCLEAR = 'id\tl\tw\th\tkg\tlot\n' + ''.join(
+    f'b{n}\t{30 + n},250\t20,500\t15,125\t2,500\tlot{n % 2}\n' for n in range(6)
+)
+
+
+def test_a_box_list_is_read_with_the_same_options_as_by_a_run(tmp_path, monkeypatch):
+    runs = []
+
+    def cell_run(command, **_):
+        folder = tmp_path / command[command.index('--out') + 1]
+        runs.append((command, (folder / 'given.csv').read_text()))
+        (folder / 'summary.json').write_text(json.dumps(SUMMARY))
+        return subprocess.CompletedProcess(command, 0, '', '')
+
+    monkeypatch.setattr(packed.subprocess, 'run', cell_run)
+    (tmp_path / 'boxes.tsv').write_text(UNCLEAR)
+    words = ['compare', '--boxes', str(tmp_path / 'boxes.tsv'), '--orders', '1',
+             '--out', str(tmp_path / 'p.html'), '--order-by', 'lot']  # fmt: skip
+    assert main([*words, '--arm', 'timed']) == 2
+    told = ['--units', 'cm,kg', '--decimal', 'comma']
+    assert main([*words, *told]) == 2
+    assert main([*words, *told, '--arm', 'timed']) == 0
+    ((command, given),) = runs
+    assert '312.5,205.0,151.25,2.5' in given and 'lot1' in given
+    assert command[-2:] == ['--order-by', 'destination']
+
+
 def test_a_run_that_comes_to_nothing_is_told_with_its_last_words(tmp_path, monkeypatch, capsys):
     def cell_run(command, **_):
         return subprocess.CompletedProcess(command, 3, '', 'much\ncell run: a node died\n')

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from arm_executor.bins.records import Attempt, Step
-from pack_msgs_py.alarms import Alarm
+from pack_msgs_py.alarm_table import AlarmTable, KeptAlarm
 from pack_msgs_py.box_codec import placed_from_json, pose_from_json
 from pack_msgs_py.cell_values import BoxEvent
-from pack_msgs_py.codes import BoxEventKind, Reason, Severity
+from pack_msgs_py.codes import BoxEventKind, Reason
 from pack_msgs_py.operations import OPERATION_COLUMNS, Operation, operation_of
 from pack_msgs_py.values import Bin, bin_called
 
@@ -107,18 +107,9 @@ class JournalReader:
         rows = self._db.execute(f'SELECT {OPERATION_COLUMNS} FROM operation ORDER BY sequence')
         return [operation_of(row) for row in rows]
 
-    def alarms(self) -> list[tuple[Alarm, float | None]]:
-        """Every alarm and warning, oldest first, and when somebody acknowledged it."""
-        if not self._has('alarm'):
-            return []
-        rows = self._db.execute(
-            'SELECT over_s, code, message, severity, action, box_id, bin_id, raised_s FROM alarm '
-            'ORDER BY sequence'
-        )
-        return [
-            (Alarm(code, message, Severity(severity), *others), over_s)
-            for over_s, code, message, severity, *others in rows
-        ]
+    def alarms(self) -> list[KeptAlarm]:
+        """Every alarm and warning of the arm, oldest first, and what became of it."""
+        return AlarmTable(lambda *statement: self._db.execute(*statement).fetchall()).kept()
 
     def _has(self, table: str) -> bool:
         """Whether the node has come to make a table that is not of the bins."""

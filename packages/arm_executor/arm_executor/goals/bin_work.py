@@ -11,6 +11,7 @@ from arm_executor.goals.core import ExecutorCore
 from arm_executor.goals.outputs import BinClosed, Happened, Said
 from pack_msgs_py.codes import Mode
 from pack_msgs_py.values import Bin, PlacedBox
+from pack_msgs_py.wording import how_many
 
 #: The arm begins no motion in these modes, so that people may reach into the bins.
 _ARM_STANDS = (Mode.PAUSED, Mode.ALARM)
@@ -36,7 +37,7 @@ class BinWork:
         old = self._book.state.named(name)
         if self._closings.close(old, self._swap):
             new = self._book.state.named(old.station)
-            return f'bin {old.id} closed with {len(old.boxes)} boxes; empty bin {new.id} is open'
+            return f'{_closed_with(old)}; empty bin {new.id} is open'
         return f'bin {old.id} is swapped as soon as the box on its way into it rests'
 
     def _swap(self, bin_: Bin) -> None:
@@ -47,10 +48,8 @@ class BinWork:
         self._core.check_usable()
         old = self._book.state.named(name)
         if self._closings.close(old, self._close):
-            return (
-                f'bin {old.id} closed with {len(old.boxes)} boxes; station {old.station} stays '
-                f'empty until: cell swap {old.station}'
-            )
+            station = old.station
+            return f'{_closed_with(old)}; station {station} stays empty until: cell swap {station}'
         return f'bin {old.id} is closed as soon as the box on its way into it rests'
 
     def _close(self, bin_: Bin) -> None:
@@ -125,3 +124,7 @@ class BinWork:
     def goal_ended(self) -> None:
         """Bins that are to be closed may now be free."""
         self._closings.goal_ended()
+
+
+def _closed_with(old: Bin) -> str:
+    return f'bin {old.id} closed with {how_many(len(old.boxes), "box")}'

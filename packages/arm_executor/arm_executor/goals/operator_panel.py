@@ -98,12 +98,12 @@ class OperatorPanel:
             self._emit(Said('error', text))
         self._emit(AlarmsChanged(self.standing))
 
-    def acknowledge(self) -> tuple[bool, str]:
+    def acknowledge(self, who: str = SOMEBODY, why: str = '') -> tuple[bool, str]:
         """A person has looked: nothing stands any more."""
         if not self.standing:
             return False, 'no alarm and no warning stands in the arm executor'
         over = ', '.join(dict.fromkeys(alarm.code for alarm in self.standing))
-        self._log.acknowledge(self._now())
+        self._log.acknowledge(self._now(), who, why)
         self.standing = ()
         self._emit(AlarmsChanged(()))
         return True, f'acknowledged: {over}'

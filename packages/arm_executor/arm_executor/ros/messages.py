@@ -26,6 +26,7 @@ from pack_msgs_py.codes import Mode
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.ros import conversions
 from pack_msgs_py.values import Box
+from pack_msgs_py.wording import how_many
 
 _LEVELS = {
     Mode.FAULT: DiagnosticStatus.ERROR,
@@ -122,7 +123,10 @@ def diagnostics_to_ros(
         'tracking_error': f'{status.tracking_error:.0%} of what is allowed',
         'journal': journal,
         'revision': str(bins.revision),
-        **{bin_.id: f'{len(bin_.boxes)} boxes, {bin_.fill_rate:.1%} full' for bin_ in bins.bins},
+        **{
+            bin_.id: f'{how_many(len(bin_.boxes), "box")}, {bin_.fill_rate:.1%} full'
+            for bin_ in bins.bins
+        },
     }
     msg = DiagnosticArray(
         status=[

@@ -93,7 +93,7 @@ class OperatorServices:
                 self._core.protective_stop(operation.says('stopped'))
                 return True, 'the arm stops and keeps what it holds; to go on: cell reset'
             case Command.ACKNOWLEDGE:
-                return self._tried(panel.acknowledge)
+                return self._tried(lambda: panel.acknowledge(who or SOMEBODY, why))
         texts: dict[Command, Callable[[], str]] = {
             Command.SWAP_BIN: lambda: bins.swap(bin_id),
             Command.CLOSE_BIN: lambda: bins.close(bin_id),

@@ -12,9 +12,10 @@ from dataclasses import asdict, replace
 from conveyor_sim.conveyor.conveyor import Conveyor
 from conveyor_sim.conveyor.news import ConveyorNews
 from conveyor_sim.ledger.ledger import Ledger
-from pack_msgs_py.alarms import TROUBLES, Alarm
+from pack_msgs_py.alarms import TROUBLES, Alarm, with_new
 from pack_msgs_py.codes import Command, Severity
 from pack_msgs_py.operations import SOMEBODY, Operation
+from pack_msgs_py.wording import how_many
 
 #: What is said of a belt in a state that an operator has brought it into, by the command.
 _STATES = {Command.PAUSE: 'PAUSED', Command.DRAIN: 'DRAINED'}
@@ -42,11 +43,9 @@ class BeltOperator:
             for command in _STATES
             if (text := ledger.setting(f'by {command.name}'))
         }
-        self.standing: tuple[Alarm, ...] = ()
-        text = ledger.setting('jam alarm')
-        if text and not acknowledges_itself:
-            alarm = json.loads(text)
-            self.standing = (Alarm(**{**alarm, 'severity': Severity(alarm['severity'])}),)
+        self.standing = () if acknowledges_itself else ledger.standing()
+        #: Its number in the ledger while it lasts, acknowledged or not.
+        self._jam = ledger.alarm_not_ended('JAM')
 
     @property
     def said(self) -> str:
@@ -97,16 +96,18 @@ class BeltOperator:
             case Command.DRAIN | Command.FEED:
                 self._check_changes(command, conveyor.draining)
                 news = conveyor.drain(command is Command.DRAIN, now_s, stamp_s)
-                text = f'no more boxes are fed; {conveyor.on_belt} on the belt are still packed'
+                are = 'is' if conveyor.on_belt == 1 else 'are'
+                text = f'no more boxes are fed; {conveyor.on_belt} on the belt {are} still packed'
                 if command is Command.FEED:
                     text = 'boxes are fed again'
             case Command.EMPTY:
                 news, gone = conveyor.empty(f'belt emptied by {operation.who}', now_s, stamp_s)
                 self._remember(Command.DRAIN, operation)
                 kept = f'; box {conveyor.handled!r} is with the arm' if conveyor.handled else ''
-                return f'{gone} boxes went to the reject lane, no more are fed{kept}', news
+                boxes = how_many(gone, 'box')
+                return f'{boxes} went to the reject lane, no more are fed{kept}', news
             case Command.ACKNOWLEDGE:
-                return self._acknowledge(now_s, stamp_s)
+                return self._acknowledge(operation, now_s)
             case _:
                 msg = f'{command.name} is for the arm executor, not for the conveyor'
                 raise ValueError(msg)
@@ -140,8 +141,8 @@ class BeltOperator:
 
     def look(self, now_s: float, stamp_s: float) -> tuple[Alarm, ...] | None:
         """After every step of the conveyor: all that stands, when that has changed."""
-        jammed, known = self._conveyor.jammed, bool(self.standing)
-        if jammed and not known:
+        jammed = self._conveyor.jammed
+        if jammed and self._jam is None:
             trouble = TROUBLES['JAM']
             message = 'the belt has jammed and stands'
             alarm = Alarm('JAM', message, trouble.severity, trouble.action, raised_s=stamp_s)
@@ -150,12 +151,15 @@ class BeltOperator:
                 alarm = replace(alarm, severity=Severity.WARNING, action=action)
             else:
                 self._conveyor.keep_standing(True, now_s)
-                self._ledger.set_setting('jam alarm', json.dumps(asdict(alarm)))
-            self.standing = (alarm,)
+            self._jam = self._ledger.raise_alarm(alarm)
+            self.standing = with_new(self.standing, alarm)
             return self.standing
-        if known and not jammed and self._acknowledges_itself:
-            self.standing = ()
-            return self.standing
+        if self._jam is not None and not jammed:
+            self._ledger.end_alarm(self._jam, stamp_s)
+            self._jam = None
+            if self._acknowledges_itself:
+                self.standing = ()
+                return self.standing
         return None
 
     def take_up(self, now_s: float) -> None:
@@ -163,13 +167,13 @@ class BeltOperator:
         if any(alarm.blocks for alarm in self.standing):
             self._conveyor.keep_standing(True, now_s)
 
-    def _acknowledge(self, now_s: float, stamp_s: float) -> tuple[str, ConveyorNews]:
+    def _acknowledge(self, operation: Operation, now_s: float) -> tuple[str, ConveyorNews]:
         if not self.standing:
             msg = 'no alarm and no warning stands in the conveyor'
             raise ValueError(msg)
         over = ', '.join(alarm.code for alarm in self.standing)
+        self._ledger.acknowledge(operation.stamp_s, operation.who, operation.why)
         self.standing = ()
-        self._ledger.set_setting('jam alarm', '')
-        news = self._conveyor.keep_standing(False, now_s, stamp_s)
+        news = self._conveyor.keep_standing(False, now_s, operation.stamp_s)
         still = '; the belt goes on once the jam is over' if self._conveyor.jammed else ''
         return f'acknowledged: {over}{still}', news

@@ -14,6 +14,7 @@ from conveyor_sim.induct.box_book import BoxBook
 from conveyor_sim.ledger.ledger import BoxRecord, Whereabouts
 from conveyor_sim.ledger.statistics import BeltStatistics
 from pack_msgs_py.codes import Reason
+from pack_msgs_py.wording import how_many
 
 
 class BoxMoves:
@@ -123,7 +124,8 @@ class BoxMoves:
         for item in self._belt.view(now_s):
             record = self._book.record(item.box.id)
             if item.laps > self.max_laps and record and not self.is_spoken_for(item.box.id):
-                text = f'passed over {item.laps} times, at most {self.max_laps} are allowed'
+                laps = how_many(item.laps, 'time')
+                text = f'passed over {laps}, at most {self.max_laps} are allowed'
                 self.reject(record, Reason.MAX_LAPS, text, now_s, stamp_s)
 
     def let_fall(self, now_s: float, stamp_s: float) -> None:

@@ -27,6 +27,7 @@ from conveyor_sim.streams.stream import Stream
 from pack_msgs_py.cell_values import BoxEvent, Decision, Scan, ScannedBox
 from pack_msgs_py.codes import BoxEventKind, PlacementStatus, Reason
 from pack_msgs_py.values import Box
+from pack_msgs_py.wording import how_many
 
 _PLACED = BoxEventKind.PLACED
 _NOT_BEGUN = (Whereabouts.ON_BELT, Whereabouts.WAITING, Whereabouts.UNSEEN)
@@ -146,7 +147,7 @@ class Conveyor:
                 self._book.set(replace(record, place=Whereabouts.WAITING, slot=None))
         if records:
             counts = ', '.join(f'{n} {p.value}' for p, n in self._book.counts().items() if n)
-            self._book.note(f'goes on after {len(records)} boxes: {counts}')
+            self._book.note(f'goes on after {how_many(len(records), "box")}: {counts}')
         if self.condition != 'running':
             self._book.note(f'the belt is {self.condition}')
         news = self._finish(now_s, stamp_s, moved=True)
@@ -229,7 +230,7 @@ class Conveyor:
         records = {box_id: self._book.known(box_id) for box_id in box_ids}
         strange = {name for name in records if not (records[name] or self._book.is_ours(name))}
         if strange - self._strangers:
-            self._book.note(f'{len(strange)} boxes in bins are not of this belt')
+            self._book.note(f'not of this belt: {how_many(len(strange), "box")} in bins')
             self._strangers |= strange
         return merged(
             [
@@ -289,7 +290,7 @@ class Conveyor:
                 self._moves.reject(record, Reason.OPERATOR, why, now_s, stamp_s)
             gone += len(chosen)
             self._book.uncover()
-        self._book.note(f'{why}: {gone} boxes')
+        self._book.note(f'{why}: {how_many(gone, "box")}')
         return self._finish(now_s, stamp_s, moved=True), gone
 
     def keep_standing(self, kept: bool, now_s: float, stamp_s: float = 0.0) -> ConveyorNews:

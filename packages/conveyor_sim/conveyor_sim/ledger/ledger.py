@@ -15,6 +15,8 @@ from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
+from pack_msgs_py.alarm_table import AlarmTable, KeptAlarm
+from pack_msgs_py.alarms import Alarm
 from pack_msgs_py.box_codec import box_from_json, box_to_json
 from pack_msgs_py.checks import InvalidValue
 from pack_msgs_py.codes import Reason
@@ -115,6 +117,7 @@ class Ledger:
                 self.path, isolation_level=None, timeout=1.0, check_same_thread=False
             )
             self._chain = HashChain(self._db)
+            self._alarms = AlarmTable(lambda *statement: self._db.execute(*statement).fetchall())
             try:
                 self._open(fingerprint, description)
             except BaseException:
@@ -198,6 +201,36 @@ class Ledger:
             rows = self._db.execute(f'SELECT {OPERATION_COLUMNS} FROM operation ORDER BY sequence')
             return [operation_of(row) for row in rows]
 
+    def raise_alarm(self, alarm: Alarm) -> int:
+        """An alarm or a warning has come up; returns its number."""
+        with self._explained(), self._transaction():
+            return self._alarms.raise_alarm(alarm)
+
+    def end_alarm(self, number: int, now_s: float) -> None:
+        """The cause of one is over."""
+        with self._explained(), self._transaction():
+            self._alarms.end(number, now_s)
+
+    def acknowledge(self, now_s: float, who: str, why: str) -> None:
+        """Somebody has looked at all that stands."""
+        with self._explained(), self._transaction():
+            self._alarms.acknowledge(now_s, who, why)
+
+    def alarm_not_ended(self, code: str) -> int | None:
+        """The number of the last alarm with ``code``, if its cause lasts."""
+        with self._explained():
+            return self._alarms.not_ended(code)
+
+    def standing(self) -> tuple[Alarm, ...]:
+        """Alarms that nobody has acknowledged."""
+        with self._explained():
+            return self._alarms.standing()
+
+    def alarms(self) -> list[KeptAlarm]:
+        """Every alarm and warning of the belt, oldest first."""
+        with self._explained():
+            return self._alarms.kept()
+
     def _open(self, fingerprint: str, description: str) -> None:
         # Held until close or death: two conveyors on one ledger would give out boxes twice.
         self._db.execute('PRAGMA locking_mode = EXCLUSIVE')
@@ -208,6 +241,7 @@ class Ledger:
         with self._transaction():
             for statement in (*_TABLES.split(';\n'), OPERATION_TABLE):
                 self._db.execute(statement)
+            self._alarms.make()
             known = dict(self._db.execute('SELECT key, value FROM meta').fetchall())
             if not known:
                 values = {'schema': _SCHEMA, 'stream': fingerprint, 'description': description}

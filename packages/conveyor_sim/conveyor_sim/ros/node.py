@@ -66,6 +66,7 @@ from pack_msgs_py.ros.own_alarms import OwnAlarms
 from pack_msgs_py.ros.qos import TRUE_BOXES, heard
 from pack_msgs_py.ros.run_node import run_node
 from pack_msgs_py.ros.sourced import BELT, SourcedPublisher, Sources
+from pack_msgs_py.wording import how_many
 
 IDLE_PERIOD_S = 1.0
 DIAGNOSTICS_PERIOD_S = 1.0
@@ -199,7 +200,9 @@ class ConveyorNode(ManagedNode):
         self._timer.timer_period_ns = round(1e9 * period)
         self._timer.reset()
         if self._conveyor.ended and not self._ended:
-            self.get_logger().info(f'the stream has ended: {self._conveyor.supplied} boxes')
+            self.get_logger().info(
+                f'the stream has ended: {how_many(self._conveyor.supplied, "box")}'
+            )
         self._ended = self._conveyor.ended
 
     def _publish_truth(self, now_s: float, stamp_s: float) -> None:

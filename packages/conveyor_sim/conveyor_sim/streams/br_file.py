@@ -21,6 +21,7 @@ from pack_msgs_py.values import (
     UP_POS_Z,
     Box,
 )
+from pack_msgs_py.wording import how_many
 
 _UP = (UP_POS_X | UP_NEG_X, UP_POS_Y | UP_NEG_Y, UP_POS_Z | UP_NEG_Z)
 _MM_PER_CM = 10.0
@@ -141,8 +142,9 @@ def _boxes(rows: list[_Kind], stem: str, scale: float, path: Path) -> list[Box]:
         upright = sum(bits for bits, flag in zip(_UP, (up_x, up_y, up_z), strict=True) if flag)
         good = all(0 < edge <= MAX_EDGE_MM for edge in edges) and max(up_x, up_y, up_z) == 1
         if not good or len(boxes) + count > _MAX_BOXES:
+            read = f'{x} {up_x} {y} {up_y} {z} {up_z}, {how_many(count, "time")}'
             msg = (
-                f'{path}: type {kind} is {x} {up_x} {y} {up_y} {z} {up_z}, {count} times; '
+                f'{path}: type {kind} is {read}; '
                 'three edges in cm, each followed by 0 or 1, and a number are needed'
             )
             raise BoxFileError(msg)

@@ -18,6 +18,7 @@ from conveyor_sim.streams.columns import has_sizes
 from conveyor_sim.streams.number_columns import TypedNumber
 from conveyor_sim.streams.reading import Reading
 from conveyor_sim.streams.table import BoxTable, TableRow
+from pack_msgs_py.wording import how_many
 
 #: Keys under which an object holds a list of boxes.
 _LISTS = ('boxes', 'items', 'cartons', 'packages', 'parcels')
@@ -126,7 +127,9 @@ def _property_notes(orders: dict[str, Any]) -> Iterator[str]:
         for key, value in (properties if isinstance(properties, dict) else {}).items():
             seen.setdefault(str(key), Counter())[str(value)] += 1
     for key, values in seen.items():
-        shown = ', '.join(f'{value[:40]} ({n} orders)' for value, n in values.most_common(4))
+        shown = ', '.join(
+            f'{value[:40]} ({how_many(n, "order")})' for value, n in values.most_common(4)
+        )
         hint = '; --bin says which bin' if key == 'target' else ''
         yield f'not used: property {key} of the orders: {shown}{hint}'
 

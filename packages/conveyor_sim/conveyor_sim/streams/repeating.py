@@ -12,6 +12,7 @@ from typing import Protocol
 
 from conveyor_sim.streams.box_records import DEFAULT_DENSITY_KG_PER_MM3, Entry, RejectedRow
 from pack_msgs_py.values import Box, Vec3
+from pack_msgs_py.wording import how_many
 
 #: Makes the sizes of one round, millimetres, in the order in which the boxes come.
 Recipe = Callable[[random.Random], Sequence[Vec3]]
@@ -134,7 +135,7 @@ class MadeBoxes:
         """One run of the recipe."""
         sizes = self._recipe(random.Random(f'{self._seed}/{number}'))
         if len(sizes) != self._length:
-            msg = f'{self.name}: made {len(sizes)} boxes instead of {self._length}'
+            msg = f'{self.name}: made {how_many(len(sizes), "box")} instead of {self._length}'
             raise RuntimeError(msg)
         first = number * self._length + 1
         return tuple(

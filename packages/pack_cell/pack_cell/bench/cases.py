@@ -184,15 +184,17 @@ def _source_of_file(arguments: argparse.Namespace) -> CollectionSource:
     """Boxes of the given file, or of the built-in one."""
     from conveyor_sim.streams import load_boxes, open_source
     from pack_cell.bench.values import CollectionSource
+    from pack_cell.options.shared import reading_of
 
-    boxes, rejected = load_boxes(arguments.boxes or '')
+    reading = reading_of(arguments)
+    boxes, rejected = load_boxes(arguments.boxes or '', reading=reading)
     if not boxes:
         msg = f'box file {arguments.boxes} holds no usable box; {rejected[0].text}'
         raise ValueError(msg)
     in_order = arguments.boxes is not None and (
         arguments.collections is None or arguments.shuffle is not None
     )
-    source = open_source(arguments.boxes or '')
+    source = open_source(arguments.boxes or '', reading=reading)
     for note in source.notes:
         print(f'cell bench: {source.name}: {note}', file=sys.stderr)
     name = source.name

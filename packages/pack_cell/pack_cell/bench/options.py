@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from conveyor_sim.streams import SYNTAX
-from pack_cell.options.parsers import CLEARANCE, RESOLUTION, NumberRange, whole
-from pack_msgs_py.orientation import ORIENTATION_RULES
-from pack_msgs_py.profiles import PROFILES
+from pack_cell.options.parsers import NumberRange, whole
+from pack_cell.options.shared import add_jobs, add_reading, add_rules, add_scan_sigma, add_seed
 from pack_msgs_py.values import BIN_KINDS
 
 MAX_BUDGET_S = 86_400.0
@@ -61,6 +60,7 @@ def _add_questions(parser: argparse.ArgumentParser) -> None:
         help=f'{SYNTAX}; packed in order, with --collections drawn until four bins are filled. '
         'Default: SYN is cut from ten bins, other bins get boxes drawn from the built-in cartons',
     )  # fmt: skip
+    add_reading(boxes)
     boxes.add_argument(
         '--shuffle', type=whole(0, 2**31 - 1), metavar='SEED',
         help='pack all boxes of the file in an order shuffled with this seed, one order for '
@@ -74,30 +74,11 @@ def _add_questions(parser: argparse.ArgumentParser) -> None:
         '--boxes-per-bin', type=whole(2, 100), default=23, metavar='N',
         help='boxes into which a SYN bin is cut (default 23)',
     )  # fmt: skip
-    boxes.add_argument(
-        '--scan-sigma', type=NumberRange(0, 50, 'mm'), default=0.0, metavar='MM',
-        help='standard deviation of each edge that the scanner measures (default 0)',
-    )  # fmt: skip
-    boxes.add_argument('--seed', type=whole(0, 2**31 - 1), default=1, metavar='N', help='default 1')
+    add_scan_sigma(boxes, 0.0)
+    add_seed(boxes)
     rules = parser.add_argument_group('rules')
-    rules.add_argument(
-        '--profile', choices=tuple(PROFILES), default='paper', help='packing rules (default paper)'
-    )
-    rules.add_argument(
-        '--orientations', choices=tuple(ORIENTATION_RULES),
-        help="orientation rule instead of the profile's own; with profile paper the default is "
-        "any, as in the paper's experiments",
-    )  # fmt: skip
-    rules.add_argument(
-        '--clearance', type=CLEARANCE, default=-1.0, metavar='MM',
-        help="air between two boxes, and half of it to a wall, instead of the profile's own "
-        f'({CLEARANCE})',
-    )  # fmt: skip
-    rules.add_argument(
-        '--resolution', type=RESOLUTION, default=0, metavar='MM',
-        help="grid to which positions and sizes are rounded up along x and y, instead of the "
-        f"profile's own ({RESOLUTION})",
-    )  # fmt: skip
+    usual = "; with profile paper the default is any, as in the paper's experiments"
+    add_rules(rules, 'paper', usual)
     rules.add_argument(
         '--open-bins', type=whole(1, 3), default=3, metavar='N', help='1 to 3 (default 3)'
     )
@@ -169,14 +150,7 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
 
 def _add_answers(parser: argparse.ArgumentParser) -> None:
     where = parser.add_argument_group('where to run')
-    where.add_argument(
-        '--jobs', type=whole(1, 1024), default=1, metavar='N',
-        help='processes (default 1, which measures times best)',
-    )  # fmt: skip
-    where.add_argument(
-        '--cluster', metavar='tcp://HOST:PORT',
-        help='a running Dask scheduler instead; needs dask and distributed',
-    )  # fmt: skip
+    add_jobs(where, '; one measures times best', cluster=True)
     where.add_argument(
         '--clock', choices=('wall', 'cpu'), default='wall',
         help='wall (default), or cpu on a busy machine: computing time of the deciding thread',

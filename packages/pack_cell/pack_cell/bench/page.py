@@ -10,6 +10,7 @@ from markupsafe import Markup
 from pack_cell.bench import figure, report
 from pack_cell.bench.values import JsonObject
 from pack_cell.pages.rendering import render
+from pack_msgs_py.wording import how_many
 
 _INTRODUCTION = (
     'Fill rates are means over collections with a 95 % confidence interval; three kinds, always '
@@ -73,7 +74,7 @@ def _unplaced(records: Sequence[JsonObject]) -> list[str]:
             first = record['unplaced'][0]
             lines.append(
                 f'<li>{escape(record["algorithm"])}, {escape(record["bin"])}, look-ahead '
-                f'{record["look_ahead"]}: {len(record["unplaced"])} boxes, for example '
+                f'{record["look_ahead"]}: {how_many(len(record["unplaced"]), "box")}, for example '
                 f'{escape(first["id"])}: {escape(first["reason"])}</li>'
             )
     return ['<h2>Boxes that fit no bin</h2>', '<ul>', *lines, '</ul>'] if lines else []

@@ -10,12 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from arm_executor.model.layout import LayoutError, lifting_limit
-from arm_executor.model.robot_data import ROBOTS
 from arm_executor.reach.layout_file import find_layout
 from conveyor_sim.streams import (
     BoxFileError,
     BoxList,
-    Reading,
     RejectedRow,
     open_source,
     read_boxes,
@@ -25,9 +23,11 @@ from conveyor_sim.streams.by_name import is_file
 from pack_cell.boxes.findings import Unsuited, cannot_lift, cannot_ride, fitting, histogram
 from pack_cell.options.declaration import DEFAULT_PROFILE
 from pack_cell.options.parsers import bin_kind, whole
+from pack_cell.options.shared import add_cell_layout, add_profile, add_reading, reading_of
 from pack_cell.running.screen import Screen
-from pack_msgs_py.profiles import PROFILES, find_profile
+from pack_msgs_py.profiles import find_profile
 from pack_msgs_py.values import BIN_KINDS, BIN_TYPES, UP_ANY, Box
+from pack_msgs_py.wording import how_many
 
 EXIT_OK, EXIT_REJECTED, EXIT_USAGE = 0, 1, 2
 _BAR = 40
@@ -44,9 +44,7 @@ def add_boxes(verbs: Any) -> None:  # noqa: ANN401 - argparse does not name its 
         'and why.',
     )
     parser.add_argument('boxes', metavar='FILE', help='box file, or a stream by name')
-    parser.add_argument('--units', default='', metavar='UNITS', help='as of cell run: cm,kg')
-    parser.add_argument('--decimal', default='', metavar='MARK', help='point or comma')
-    parser.add_argument('--order-by', default='', metavar='ORDER', help='column that orders are by')
+    add_reading(parser, orders=True)
     parser.add_argument(
         '-o', '--output', type=Path, metavar='FILE', help='write the boxes in our own format (CSV)'
     )
@@ -57,12 +55,8 @@ def add_boxes(verbs: Any) -> None:  # noqa: ANN401 - argparse does not name its 
         '--bin', type=bin_kind, action='append', dest='bins', metavar='KIND',
         help=f'kind of bin to try, may be given again: {BIN_KINDS}; default: all with a name',
     )  # fmt: skip
-    parser.add_argument(
-        '--profile', choices=tuple(PROFILES), default=DEFAULT_PROFILE,
-        help=f'rules that the boxes are packed by (default {DEFAULT_PROFILE})',
-    )  # fmt: skip
-    parser.add_argument('--layout', default='', metavar='FILE', help='layout whose arm lifts')
-    parser.add_argument('--robot', choices=tuple(ROBOTS), default='', help='another robot')
+    add_profile(parser, DEFAULT_PROFILE)
+    add_cell_layout(parser)
 
 
 def run_boxes(options: argparse.Namespace) -> int:
@@ -90,8 +84,8 @@ def run_boxes(options: argparse.Namespace) -> int:
             screen.tell(line)
         if options.output:
             write_boxes(options.output, boxes)
-            left_out = f', without {len(rejected)} rejected rows' if rejected else ''
-            screen.tell(f'written: {len(boxes)} boxes to {options.output}{left_out}')
+            left_out = f', without {how_many(len(rejected), "rejected row")}' if rejected else ''
+            screen.tell(f'written: {how_many(len(boxes), "box")} to {options.output}{left_out}')
     except (BoxFileError, LayoutError, OSError) as error:
         print(f'cell boxes: {error}', file=sys.stderr)
         return EXIT_USAGE
@@ -99,7 +93,7 @@ def run_boxes(options: argparse.Namespace) -> int:
 
 
 def _read(options: argparse.Namespace) -> BoxList:
-    reading = Reading(options.units, options.decimal, options.order_by)
+    reading = reading_of(options)
     if is_file(options.boxes):
         return read_boxes(options.boxes, reading)
     source = open_source(options.boxes, reading=reading)
@@ -109,7 +103,7 @@ def _read(options: argparse.Namespace) -> BoxList:
 def _understood(
     name: str, found: BoxList, boxes: Sequence[Box], rejected: Sequence[RejectedRow], rows: int
 ) -> Iterator[str]:
-    yield f'{name}: {len(boxes)} boxes, {len(rejected)} rejected rows'
+    yield f'{name}: {how_many(len(boxes), "box")}, {how_many(len(rejected), "rejected row")}'
     for use in found.columns:
         part = '' if use.part is None else f', number {use.part + 1} of 3'
         unit = f' in {use.unit}' if use.unit else ''
@@ -167,7 +161,8 @@ def _honoured(boxes: Sequence[Box], *, honours_loads: bool, profile: str) -> Ite
     bare = sum(box.max_top_load_n == 0 for box in boxes)
     limited = sum(bool(box.max_top_load_n) for box in boxes)
     if upright:
-        yield f'{upright} boxes may stand on some faces alone'
+        yield f'{how_many(upright, "box")} may stand on some faces alone'
     if bare or limited:
         but = '' if honours_loads else f', which profile {profile} does not heed'
-        yield f'{bare} boxes carry nothing on top, {limited} a limited load{but}'
+        carry = 'carries' if bare == 1 else 'carry'
+        yield f'{how_many(bare, "box")} {carry} nothing on top, {limited} a limited load{but}'

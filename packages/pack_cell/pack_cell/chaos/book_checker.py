@@ -64,7 +64,7 @@ def check_summary(folder: Path, boxes: int) -> list[str]:
     rows = [json.loads(line) for line in lines]
     twice = [box_id for box_id, count in Counter(r['box_id'] for r in rows).items() if count > 1]
     if twice or len(rows) != boxes:
-        wrong.append(f'placements.jsonl: {len(rows)} rows for {boxes} boxes, twice: {twice}')
+        wrong.append(f'placements.jsonl has {len(rows)} rows of {boxes}, twice: {twice}')
     by_record = {
         (row['box_id'], row['bin_serial'], tuple(row['position_mm']))
         for row in rows
@@ -95,8 +95,12 @@ def count_places(folder: Path) -> Counter[str]:
 
 
 def count_alarms(folder: Path) -> Counter[str]:
-    """How often each alarm and warning was raised, by the journal of the arm."""
-    rows = _rows(folder / 'state' / 'executor.sqlite', 'SELECT severity, code FROM alarm')
+    """How often each alarm and warning was raised, by the books of arm and belt."""
+    rows = [
+        row
+        for book in ('executor.sqlite', 'conveyor.sqlite')
+        for row in _rows(folder / 'state' / book, 'SELECT severity, code FROM alarm')
+    ]
     return Counter(f'{_SEVERITIES.get(severity, severity)} {code}' for severity, code in rows)
 
 

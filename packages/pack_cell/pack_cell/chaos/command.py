@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from pack_cell.options.parsers import NumberRange, whole
 from pack_cell.report.accounts import account_text
 from pack_cell.running.ros_domain import DomainTaken, hold_domain
+from pack_msgs_py.wording import how_many
 
 if TYPE_CHECKING:
     from pack_cell.chaos.campaign import Campaign
@@ -163,13 +164,15 @@ def _tell(
         told.update(node.sent)
     kinds = ', '.join(f'{number} {kind}' for kind, number in told.items())
     print(f'nodes alone were told {told.total()} hostile things: {kinds}')
-    print(f'the cell was told {campaign.messages}, and {len(campaign.faults)} faults were made')
+    faults = how_many(len(campaign.faults), 'fault')
+    print(f'the cell was told {campaign.messages} of them; {faults} of other kinds')
     for kind, number, median_s, worst_s in campaign.table():
-        print(f'  {kind:<18} {number:>4} times, goes on in {median_s:.1f} s, worst {worst_s:.1f} s')
+        often = f'{kind:<18} {how_many(number, "time"):>10}'
+        print(f'  {often}, goes on in {median_s:.1f} s, worst {worst_s:.1f} s')
     places = ', '.join(f'{number} {place}' for place, number in books['places'].items())
     print(f'boxes: {account_text(books["accounts"])}; by the books: {places}')
     alarms = ', '.join(f'{number} {code}' for code, number in sorted(books['alarms'].items()))
-    print(f'alarms and warnings of the arm: {alarms or "none"}')
+    print(f'alarms and warnings: {alarms or "none"}')
     print('nothing was wrong' if not wrong else 'WRONG:')
     for text in wrong:
         print(f'  {text}')

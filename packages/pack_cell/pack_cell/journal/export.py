@@ -59,9 +59,11 @@ def books_data(books: RunBooks) -> dict[str, Any]:
             for asked in books.operations
         ],
         'alarms': [
-            {**asdict(alarm), 'severity': alarm.severity.name, 'raised': _when(alarm.raised_s),
-             'acknowledged': None if over_s is None else _when(over_s)}
-            for alarm, over_s in books.alarms
+            {'node': raised.node, **asdict(alarm), 'severity': alarm.severity.name,
+             'raised': _when(alarm.raised_s), 'ended': _when_if(kept.ended_s),
+             'acknowledged': _when_if(kept.over_s), 'who': kept.over_by, 'why': kept.over_why}
+            for raised in books.alarms
+            for kept, alarm in ((raised.kept, raised.kept.alarm),)
         ],
     }  # fmt: skip
 
@@ -79,7 +81,7 @@ def _bin(known: Bin, opened_s: float, closed_s: float | None) -> dict[str, Any]:
         'fill_percent': round(100 * known.fill_rate, 3),
         'weight_kg': round(known.weight_kg, 3),
         'opened': _when(opened_s),
-        'closed': None if closed_s is None else _when(closed_s),
+        'closed': _when_if(closed_s),
     }
 
 
@@ -102,6 +104,10 @@ def _placement(attempt: Attempt, books: RunBooks) -> dict[str, Any]:
 
 def _when(stamp_s: float) -> str:
     return datetime.fromtimestamp(stamp_s, timezone.utc).isoformat(timespec='milliseconds')
+
+
+def _when_if(stamp_s: float | None) -> str | None:
+    return None if stamp_s is None else _when(stamp_s)
 
 
 def _flat(row: dict[str, Any]) -> dict[str, Any]:

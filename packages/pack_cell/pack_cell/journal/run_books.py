@@ -12,7 +12,7 @@ from arm_executor.bins.journal import FILE_NAME as JOURNAL
 from arm_executor.bins.journal_reader import ALL, JournalError, read_journal
 from arm_executor.bins.records import Attempt
 from conveyor_sim.ledger.ledger import FILE_NAME as LEDGER
-from pack_msgs_py.alarms import Alarm
+from pack_msgs_py.alarm_table import AlarmTable, KeptAlarm
 from pack_msgs_py.cell_values import BoxEvent
 from pack_msgs_py.codes import Reason
 from pack_msgs_py.operations import OPERATION_COLUMNS, Operation, operation_of
@@ -44,6 +44,14 @@ class AskedFor:
 
 
 @dataclass(frozen=True)
+class RaisedAlarm:
+    """An alarm or a warning of a node: ``'arm'`` or ``'belt'``."""
+
+    node: str
+    kept: KeptAlarm
+
+
+@dataclass(frozen=True)
 class RunBooks:
     """What both books say.
 
@@ -56,7 +64,7 @@ class RunBooks:
     events : what happened to boxes, as others were told.
     fed : the boxes that the belt was given; ``None`` where its book cannot be read now.
     operations : what people have asked for, oldest first.
-    alarms : alarms and warnings of the arm, and when each was acknowledged.
+    alarms : alarms and warnings of the arm and the belt, and what became of each.
     """
 
     bins: tuple[Bin, ...]
@@ -66,7 +74,7 @@ class RunBooks:
     events: tuple[BoxEvent, ...]
     fed: tuple[FedBox, ...] | None
     operations: tuple[AskedFor, ...] = ()
-    alarms: tuple[tuple[Alarm, float | None], ...] = ()
+    alarms: tuple[RaisedAlarm, ...] = ()
 
 
 def state_folder(folder: Path) -> Path:
@@ -91,7 +99,9 @@ def read_run_books(folder: Path) -> RunBooks:
     try:
         with read_journal(state / JOURNAL) as journal:
             if not journal.is_begun:
-                return RunBooks((), {}, (), {}, (), _fed(state), tuple(_asked_of_belt(state)))
+                belt = (_fed(state), tuple(_asked_of_belt(state)), tuple(_alarms_of_belt(state)))
+                return RunBooks((), {}, (), {}, (), *belt)
+            alarms = [RaisedAlarm('arm', kept) for kept in journal.alarms()]
             asked = [AskedFor('arm', operation) for operation in journal.operations()]
             bins = (*journal.closed_bins(ALL), *journal.open_bins())
             return RunBooks(
@@ -102,7 +112,7 @@ def read_run_books(folder: Path) -> RunBooks:
                 journal.events(ALL),
                 _fed(state),
                 tuple(sorted([*asked, *_asked_of_belt(state)], key=_asked_s)),
-                tuple(journal.alarms()),
+                tuple(sorted([*alarms, *_alarms_of_belt(state)], key=_raised_s)),
             )
     except JournalError as error:
         raise BooksError(str(error)) from None
@@ -131,6 +141,19 @@ def _asked_of_belt(state: Path) -> list[AskedFor]:
     except sqlite3.Error:
         return []
     return [AskedFor('belt', operation_of(row)) for row in rows]
+
+
+def _alarms_of_belt(state: Path) -> list[RaisedAlarm]:
+    try:
+        with opened(state / LEDGER) as db:
+            kept = AlarmTable(lambda *statement: db.execute(*statement).fetchall()).kept()
+    except sqlite3.Error:
+        return []
+    return [RaisedAlarm('belt', alarm) for alarm in kept]
+
+
+def _raised_s(raised: RaisedAlarm) -> float:
+    return raised.kept.alarm.raised_s
 
 
 def _asked_s(asked: AskedFor) -> float:

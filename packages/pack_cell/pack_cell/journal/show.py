@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from datetime import datetime
 
 from pack_cell.journal.run_books import RunBooks
+from pack_msgs_py.alarm_table import KeptAlarm
+from pack_msgs_py.wording import how_many
 
 
 def book_lines(books: RunBooks) -> Iterator[str]:
@@ -23,11 +25,21 @@ def book_lines(books: RunBooks) -> Iterator[str]:
         refused = '' if done.done else 'refused: '
         yield f'  {_when(done.stamp_s)}  {who}: {refused}{done.answer}'
     if books.alarms:
-        yield 'alarms and warnings of the arm:'
-    for alarm, over_s in books.alarms:
-        end = 'not acknowledged' if over_s is None else f'acknowledged {_when(over_s)}'
-        kind = alarm.severity.name.lower()
-        yield f'  {_when(alarm.raised_s)}  {kind} {alarm.code}: {alarm.message}; {end}'
+        yield 'alarms and warnings:'
+    for raised in books.alarms:
+        kept, alarm = raised.kept, raised.kept.alarm
+        said = f'{alarm.severity.name.lower()} {alarm.code} of the {raised.node}: {alarm.message}'
+        yield f'  {_when(alarm.raised_s)}  {said}; {_end(kept)}'
+
+
+def _end(kept: KeptAlarm) -> str:
+    """What became of an alarm."""
+    ended = '' if kept.ended_s is None else f'over {_when(kept.ended_s)}, '
+    if kept.over_s is None:
+        return f'{ended}not acknowledged'
+    by = f' by {kept.over_by}' if kept.over_by else ''
+    why = f' ({kept.over_why})' if kept.over_why else ''
+    return f'{ended}acknowledged {_when(kept.over_s)}{by}{why}'
 
 
 def _bin_lines(books: RunBooks) -> Iterator[str]:
@@ -37,7 +49,7 @@ def _bin_lines(books: RunBooks) -> Iterator[str]:
         end = 'open' if closed_s is None else f'closed {_when(closed_s)}'
         serves = f', serves {known.destination}' if known.destination else ''
         yield (
-            f'bin {known.id} at {known.station}{serves}: {len(known.boxes)} boxes, '
+            f'bin {known.id} at {known.station}{serves}: {how_many(len(known.boxes), "box")}, '
             f'{known.fill_rate:.1%} full, {known.weight_kg:.1f} kg; '
             f'opened {_when(opened_s)}, {end}'
         )
@@ -61,7 +73,7 @@ def _belt_lines(books: RunBooks) -> Iterator[str]:
         return
     places = Counter(fed.place for fed in books.fed)
     counts = ', '.join(f'{number} {place}' for place, number in sorted(places.items()))
-    yield f'belt: {len(books.fed)} boxes fed: {counts or "none"}'
+    yield f'belt: {how_many(len(books.fed), "box")} fed: {counts or "none"}'
     for fed in books.fed:
         if fed.place in ('rejected', 'lost'):
             yield f'  {fed.box_id} {fed.place}, {fed.reason.name.lower()}: {fed.text}'
@@ -71,7 +83,8 @@ def box_lines(books: RunBooks, box_id: str) -> Iterator[str]:
     """All that is written about one box; nothing when it is not known."""
     for fed in books.fed or ():
         if fed.box_id == box_id:
-            yield f'number {fed.ordinal + 1} of the stream, {fed.place}, {fed.laps} laps'
+            laps = how_many(fed.laps, 'lap')
+            yield f'number {fed.ordinal + 1} of the stream, {fed.place}, {laps}'
     lines = []
     for attempt in books.attempts:
         if attempt.placed.box.id == box_id:
@@ -85,7 +98,8 @@ def box_lines(books: RunBooks, box_id: str) -> Iterator[str]:
         done = asked.operation
         if done.subject == box_id:
             lines.append((done.stamp_s, f'{done.command} by {done.who}: {done.answer}'))
-    for alarm, _ in books.alarms:
+    for raised in books.alarms:
+        alarm = raised.kept.alarm
         if alarm.box_id == box_id:
             lines.append((alarm.raised_s, f'{alarm.code}: {alarm.message}'))
     yield from (f'{_when(stamp_s)}  {text}' for stamp_s, text in sorted(lines))

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 import yaml
 
 from arm_executor.model.layout import Layout, LayoutError, check_layout
-from arm_executor.model.robot_data import ROBOTS
 from arm_executor.reach.layout_file import find_layout
 from arm_executor.reach.reach import LEAST_REACH
 from pack_cell.layout.verdict import Verdict, judge
 from pack_cell.options.parsers import NumberRange, bin_kind, whole
+from pack_cell.options.shared import add_cell_layout
 from pack_msgs_py.values import BIN_KINDS, BIN_TYPES
 
 if TYPE_CHECKING:
@@ -37,12 +37,7 @@ def add_layout(verbs: Any) -> None:  # noqa: ANN401 - argparse does not name its
         'table. Exit code 0: the layout can be packed; 1: it cannot, and why; 2: wrong option.',
     )
     parser.add_argument('--check', action='store_true', help='judge the layout')
-    parser.add_argument(
-        '--layout', default='', metavar='FILE', help='YAML file; default: the built-in layout'
-    )
-    parser.add_argument(
-        '--robot', choices=tuple(ROBOTS), default='', help="robot instead of the layout's own"
-    )
+    add_cell_layout(parser)
     parser.add_argument(
         '--bin',
         type=bin_kind,

@@ -158,18 +158,22 @@ def add_options(
     for named in declared_options(command):
         if only is not None and named.key not in only:
             continue
-        declaration = named.declaration
-        if declaration.group not in groups:
-            groups[declaration.group] = parser.add_argument_group(declaration.group)
-        more: dict[str, Any] = {'action': 'store_true'}
-        if not declaration.flag:
-            metavar = declaration.metavar
-            if isinstance(declaration.read, OneOf):
-                metavar = f'{{{",".join(declaration.read.words)}}}'
-            action = 'append' if declaration.repeated else 'store'
-            more = {'action': action, 'type': named.read, 'metavar': metavar}
-        default = '' if declaration.flag or declaration.repeated else declaration.says_default
-        text = help_text(declaration, default, words=False).replace('%', '%%')
-        groups[declaration.group].add_argument(
-            named.flag, dest=named.key, default=argparse.SUPPRESS, help=text, **more
-        )
+        heading = named.declaration.group
+        if heading not in groups:
+            groups[heading] = parser.add_argument_group(heading)
+        add_option(groups[heading], named)
+
+
+def add_option(parser: argparse._ActionsContainer, named: NamedOption) -> None:
+    """Add one option to ``parser`` or a group of it; the namespace holds it when it is given."""
+    declaration = named.declaration
+    more: dict[str, Any] = {'action': 'store_true'}
+    if not declaration.flag:
+        metavar = declaration.metavar
+        if isinstance(declaration.read, OneOf):
+            metavar = f'{{{",".join(declaration.read.words)}}}'
+        action = 'append' if declaration.repeated else 'store'
+        more = {'action': action, 'type': named.read, 'metavar': metavar}
+    default = '' if declaration.flag or declaration.repeated else declaration.says_default
+    text = help_text(declaration, default, words=False).replace('%', '%%')
+    parser.add_argument(named.flag, dest=named.key, default=argparse.SUPPRESS, help=text, **more)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from pack_cell.options.parsers import whole
+from pack_msgs_py.wording import how_many
 
 EXIT_OK, EXIT_DIFFERS, EXIT_USAGE = 0, 1, 2
 
@@ -86,9 +87,9 @@ def _verify(values: Sequence[object]) -> int:
             print(again.text)
             differing += not again.time_limited
             limited += again.time_limited
-    parts = [f'{len(records)} decisions made again', f'{differing} differ']
+    parts = [f'{how_many(len(records), "decision")} made again', f'{differing} not the same']
     if limited:
-        parts.append(f'{limited} more, whose search was limited by time, do')
+        parts.append(f'{limited} more, whose search was limited by time')
     print(', '.join(parts))
     return EXIT_DIFFERS if differing else EXIT_OK
 

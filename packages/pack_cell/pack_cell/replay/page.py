@@ -8,6 +8,7 @@ from arm_executor.model.layout import Layout
 from pack_cell.pages.rendering import render
 from pack_cell.recording.heard import Heard
 from pack_cell.replay.timeline import timeline
+from pack_msgs_py.wording import how_many
 
 #: How many times as fast as real time the page plays.
 SPEEDS = (0.1, 0.25, 0.5, 1, 2, 5, 10, 30, 100)
@@ -22,7 +23,7 @@ def replay_page(name: str, heard: Sequence[Heard]) -> str:
     begun_s = run['decisions'][0]['t'] if run['decisions'] else 0.0
     minutes, seconds = divmod(round(run['end'] - begun_s), 60)
     subtitle = (
-        f'{len(run["boxes"])} boxes, {len(run["decisions"])} decisions, '
+        f'{how_many(len(run["boxes"]), "box")}, {how_many(len(run["decisions"]), "decision")}, '
         f'{minutes}:{seconds:02d} min robot time'
     )
     return render(

@@ -12,6 +12,7 @@ from typing import Any
 from conveyor_sim.ledger.ledger import FILE_NAME
 from pack_cell.report.record import RunRecord
 from pack_msgs_py.codes import Reason
+from pack_msgs_py.wording import how_many
 
 #: Places of the conveyor's ledger, as they are called in the summary.
 _ON_BELT = ('on_belt', 'waiting', 'unseen')
@@ -117,4 +118,4 @@ def waits(books: BoxAccounts) -> dict[str, Any]:
 
 def waits_text(longest: dict[str, Any]) -> str:
     """One line for people."""
-    return f'{longest["longest_wait_s"] or 0.0:.0f} s, {longest["most_laps"] or 0} laps'
+    return f'{longest["longest_wait_s"] or 0.0:.0f} s, {how_many(longest["most_laps"] or 0, "lap")}'

@@ -7,6 +7,7 @@ from typing import Any
 
 from pack_cell.report.archive import BinFigures
 from pack_msgs_py.metrics import fill_metrics_of
+from pack_msgs_py.wording import how_many
 
 
 def destinations(
@@ -38,7 +39,8 @@ def _destination(
 def destinations_text(summary: dict[str, Any]) -> str:
     """One line for people; empty where there are no destinations."""
     counts = ', '.join(
-        f'{name} {counted["boxes"]} boxes in {counted["closed_bins"]} + {counted["open_bins"]} bins'
+        f'{name} {how_many(counted["boxes"], "box")} in {counted["closed_bins"]} + '
+        f'{how_many(counted["open_bins"], "bin")}'
         for name, counted in summary['destinations'].items()
     )
     return f'{counts}; {summary["mis_sorts"]} mis-sorted' if counts else ''

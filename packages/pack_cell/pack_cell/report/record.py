@@ -19,6 +19,7 @@ from pack_msgs_py.closing import ClosingReason
 from pack_msgs_py.codes import BoxEventKind, Reason
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.values import Bin, Box, PlacedBox
+from pack_msgs_py.wording import how_many
 
 #: Closed bins that are kept at hand: whatever comes late is about a box in one of these.
 KEPT_BINS = 20
@@ -322,14 +323,14 @@ class RunRecord:
         ``hidden`` boxes are known to be there although no scan shows them.
         """
         lines = [
-            f'box {box_id!r} is in {len(where)} places: {", ".join(where) or "none"}'
+            f'box {box_id!r} is in {how_many(len(where), "place")}: {", ".join(where) or "none"}'
             for box_id, where in sorted(self.places().items())
             if len(where) != 1
         ]
         archived = 0 if self.archive is None else len(self.archive.where)
         missing = self.supplied - hidden - archived - len({*self.boxes, *self.events})
         if missing > 0:
-            lines.append(f'{missing} boxes were supplied that no topic ever showed')
+            lines.append(f'supplied, and never shown on any topic: {how_many(missing, "box")}')
         return lines
 
 

@@ -29,6 +29,7 @@ from pack_cell.report.figure_kinds import (
 )
 from pack_msgs_py.codes import BoxEventKind
 from pack_msgs_py.metrics import quantile
+from pack_msgs_py.wording import how_many
 
 #: Distributions whose versions a summary names.
 _DISTRIBUTIONS = ('pack_cell', 'numpy', 'pybullet', 'rclpy', 'toppra', 'pin', 'numba')
@@ -94,7 +95,11 @@ def _resumed(run: EndedRun) -> dict[str, Any]:
 def _resumed_text(summary: Summary) -> str:
     """How often and when; empty for a run in one go."""
     resumed = summary['resumed']
-    return f'{resumed["times"]} times, last at {resumed["at"][-1]}' if resumed['times'] else ''
+    return (
+        f'{how_many(resumed["times"], "time")}, last at {resumed["at"][-1]}'
+        if resumed['times']
+        else ''
+    )
 
 
 def _problems(run: EndedRun) -> list[str]:

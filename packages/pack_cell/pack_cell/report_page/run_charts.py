@@ -10,6 +10,7 @@ from markupsafe import Markup
 
 from pack_cell.report_page.charts import Plot, legend
 from pack_cell.report_page.run_folder import FinishedRun, RunBox
+from pack_msgs_py.wording import how_many
 
 #: How many boxes the picture of planning under motion shows.
 GANTT_BOXES = 14
@@ -38,7 +39,7 @@ def fill_over_time(run: FinishedRun) -> Markup:
         times = [ends_s.get(placed.box.id, 0.0) / unit_s for placed in of_run.boxes]
         points = list(zip(times, fills, strict=True))
         style = f's{number % 6}'
-        told = f'bin {of_run.name}: {len(points)} boxes, {points[-1][1]:.1f} %'
+        told = f'bin {of_run.name}: {how_many(len(points), "box")}, {points[-1][1]:.1f} %'
         marks.append(plot.line([(times[0], 0.0), *points], style, told))
         if of_run.closed:
             marks.append(plot.dots(points[-1:], f'closed {style}'))

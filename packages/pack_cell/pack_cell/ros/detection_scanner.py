@@ -39,6 +39,7 @@ from pack_msgs_py.ros.run_node import run_node
 from pack_msgs_py.ros.sourced import BELT, SourcedPublisher, Sources
 from pack_msgs_py.ros.transforms import ScanFrames
 from pack_msgs_py.values import Box
+from pack_msgs_py.wording import how_many
 
 PERIOD_S = 1.0
 THROTTLE_S = 5.0
@@ -56,7 +57,7 @@ def articles(path: str) -> dict[str, Box]:
         return {}
     boxes, rejected = load_boxes(path)
     if rejected:
-        msg = f'articles: {len(rejected)} rows cannot be used, the first: {rejected[0].text}'
+        msg = f'articles: {how_many(len(rejected), "row")} of no use, the first: {rejected[0].text}'
         raise ValueError(msg)
     return {dict(box.extra).get('sku') or box.id: box for box in boxes}
 

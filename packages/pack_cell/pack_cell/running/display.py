@@ -16,6 +16,7 @@ from pack_msgs_py.cell_values import BoxEvent, Decision, Report
 from pack_msgs_py.closing import ClosingReason
 from pack_msgs_py.codes import BoxEventKind, Condition
 from pack_msgs_py.values import Bin
+from pack_msgs_py.wording import how_many
 
 #: What an operator has done, or is to do: told as it comes.
 _SHOWN = (Condition.PAUSED, Condition.STOPPED, Condition.ALARM, Condition.DRAINING)
@@ -97,7 +98,8 @@ class RunDisplay:
         for closed in list(self._closed):
             if at_last or not any(self._is_awaited(placed.box.id) for placed in closed.boxes):
                 self._closed.remove(closed)
-                boxes, fill = f'{len(closed.boxes)} boxes', f'{100 * closed.fill_rate:.1f} % full'
+                boxes = how_many(len(closed.boxes), 'box')
+                fill = f'{100 * closed.fill_rate:.1f} % full'
                 reason = self._record.closings.get(closed.id)
                 why = f'; {reason.text}' if reason is not None else ''
                 self._unexplained = '' if reason is not None else closed.id

@@ -27,6 +27,7 @@ from pack_cell.running.viewing import PageProcess
 from pack_msgs_py.cell_state import CellState
 from pack_msgs_py.codes import Condition
 from pack_msgs_py.signals import signal_name
+from pack_msgs_py.wording import how_many
 
 if TYPE_CHECKING:
     from pack_cell.ros.recorder import SteppedRecorder
@@ -168,7 +169,7 @@ class RunWatch:
             return RunEnding(EXIT_STALLED, late)
         idle = time.monotonic() - self._last_change
         if idle > DRAINED_S and self._drained(state):
-            return RunEnding(EXIT_OK, f'{state.summary} {self._left()} were not fed')
+            return RunEnding(EXIT_OK, f'{state.summary} Not fed: {self._left()}')
         if self.record.complete():
             reported = self.record.all_reported()
             if idle > (LAST_WORDS_S if reported else REPORT_PATIENCE_S):
@@ -204,7 +205,7 @@ class RunWatch:
     def _left(self) -> str:
         """The boxes that are still to come, in words."""
         scan = self.record.scan
-        return 'others' if scan is None or scan.remaining < 0 else f'{scan.remaining} boxes'
+        return 'others' if scan is None or scan.remaining < 0 else how_many(scan.remaining, 'box')
 
     def _heed_operator(self, display: RunDisplay) -> CellState:
         """Say when somebody has stopped the cell or must look; then it waits, and is no stall."""
@@ -217,7 +218,9 @@ class RunWatch:
 
     def _why(self) -> str:
         """What is known of a stall."""
-        left = f'{self.record.supplied - self.record.settled} boxes have not come to an end'
+        open_boxes = self.record.supplied - self.record.settled
+        have = 'has' if open_boxes == 1 else 'have'
+        left = f'{how_many(open_boxes, "box")} {have} not come to an end'
         return '; '.join(filter(None, [left, full_disk(self.folder)]))
 
     def _measure(self) -> None:

@@ -11,9 +11,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pack_cell.options.shared import reading_of
 from pack_cell.tune.options import add_tune
 from pack_msgs_py.profiles import adapted, find_profile
 from pack_msgs_py.signals import interrupts_kept
+from pack_msgs_py.wording import how_many
 
 if TYPE_CHECKING:
     from pack_cell.tune.search import Generation, Limits
@@ -63,8 +65,9 @@ def settings_of(arguments: argparse.Namespace) -> TuneSettings:
         msg = f'algorithm {algorithm.name!r} has no weights to tune: use {", ".join(able)}'
         raise ValueError(msg)
     boxes = tuple(resolved(choice) for choice in arguments.boxes)
+    reading = reading_of(arguments)
     for choice in boxes:
-        if not load_boxes(choice)[0]:
+        if not load_boxes(choice, reading=reading)[0]:
             msg = f'box file {choice} holds no usable box'
             raise ValueError(msg)
     return TuneSettings(
@@ -77,6 +80,7 @@ def settings_of(arguments: argparse.Namespace) -> TuneSettings:
             resolution_mm=arguments.resolution,
         ),
         boxes=boxes,
+        reading=reading,
         look_ahead=arguments.look_ahead,
         open_bins=arguments.open_bins,
         scan_sigma_mm=arguments.scan_sigma,
@@ -113,7 +117,7 @@ def _run(arguments: argparse.Namespace, command: str) -> int:
     with interrupts_kept() as look:
         book = TrialBook(settings, workers, out.with_name(out.name + TRIALS), look)
         if book.kept:
-            note(f'{book.kept} trials of earlier runs are known')
+            note(f'known of earlier runs: {how_many(book.kept, "trial")}')
         try:
             found = search(settings, space, book, _limits(arguments), progress)
             note(f'checking on {settings.check_streams} other streams')

@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from conveyor_sim.streams import SYNTAX
-from pack_cell.options.parsers import CLEARANCE, RESOLUTION, NumberRange, bin_kind, whole
-from pack_msgs_py.orientation import ORIENTATION_RULES
-from pack_msgs_py.profiles import PROFILES
+from pack_cell.options.parsers import NumberRange, bin_kind, whole
+from pack_cell.options.shared import add_jobs, add_reading, add_rules, add_scan_sigma, add_seed
 from pack_msgs_py.values import BIN_KINDS
 
 _EXAMPLES = """examples:
@@ -37,29 +36,15 @@ def add_tune(verbs: Any) -> None:  # noqa: ANN401 - argparse names no type for i
         help=f'{SYNTAX}; several take turns. A list is taken in its order from places of its first '
         'two thirds, and checked on the last third (default draw:cartons)',
     )  # fmt: skip
+    add_reading(what)
     what.add_argument(
         '--bin', dest='bin_spec', type=bin_kind, required=True, metavar='KIND', help=BIN_KINDS
     )
-    what.add_argument('--profile', choices=tuple(PROFILES), default='dense', help='default dense')
-    what.add_argument(
-        '--orientations', choices=tuple(ORIENTATION_RULES),
-        help="orientation rule instead of the profile's own",
-    )  # fmt: skip
-    what.add_argument(
-        '--clearance', type=CLEARANCE, default=-1.0, metavar='MM',
-        help=f"air between two boxes, instead of the profile's own ({CLEARANCE})",
-    )  # fmt: skip
-    what.add_argument(
-        '--resolution', type=RESOLUTION, default=0, metavar='MM',
-        help=f"grid of positions and sizes, instead of the profile's own ({RESOLUTION})",
-    )  # fmt: skip
+    add_rules(what, 'dense')
     what.add_argument('--algorithm', default='foresight', metavar='NAME', help='default foresight')
     what.add_argument('--look-ahead', type=whole(1, 6), default=5, metavar='N', help='default 5')
     what.add_argument('--open-bins', type=whole(1, 3), default=2, metavar='N', help='default 2')
-    what.add_argument(
-        '--scan-sigma', type=NumberRange(0, 50, 'mm'), default=2.0, metavar='MM',
-        help='standard deviation of each edge that the scanner measures (default 2)',
-    )  # fmt: skip
+    add_scan_sigma(what, 2.0)
     what.add_argument(
         '--start', metavar='FILE', help='weights to begin with (default: those that are shipped)'
     )
@@ -94,15 +79,8 @@ def add_tune(verbs: Any) -> None:  # noqa: ANN401 - argparse names no type for i
         help='how far the first candidates lie from the start, as a share of the range of each '
         'weight (default 0.08)',
     )  # fmt: skip
-    how.add_argument('--seed', type=whole(0, 2**31 - 1), default=1, metavar='N', help='default 1')
-    where = parser.add_argument_group('where to run')
-    where.add_argument(
-        '--jobs', type=whole(1, 1024), default=1, metavar='N', help='processes (default 1)'
-    )
-    where.add_argument(
-        '--cluster', metavar='tcp://HOST:PORT',
-        help='a running Dask scheduler instead; needs dask and distributed',
-    )  # fmt: skip
+    add_seed(how)
+    add_jobs(parser.add_argument_group('where to run'), cluster=True)
     output = parser.add_argument_group('output')
     output.add_argument(
         '--out', type=Path, default=Path('tuned.json'), metavar='FILE',

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import count
 
-from conveyor_sim.streams import open_source
+from conveyor_sim.streams import Reading, open_source
 from conveyor_sim.streams.repeating import ListedBoxes
 from pack_cell.bench.streams import measured
 from pack_cell.tune.values import CHECK, TuneSettings
@@ -34,7 +34,7 @@ def stream_boxes(settings: TuneSettings, part: str, number: int) -> tuple[Box, .
     seed = rng.randint(1, _MAX_SEED)
     boxes: list[Box] = []
     volume, wanted = 0.0, settings.stream_bins * settings.bin_spec.volume_mm3
-    for box in _endless(choice, seed, rng, in_training=part != CHECK):
+    for box in _endless(choice, settings.reading, seed, rng, in_training=part != CHECK):
         if volume >= wanted:
             break
         boxes.append(replace(box, id=f'{len(boxes) + 1}'))
@@ -42,8 +42,10 @@ def stream_boxes(settings: TuneSettings, part: str, number: int) -> tuple[Box, .
     return measured(tuple(boxes), settings.scan_sigma_mm, seed)
 
 
-def _endless(choice: str, seed: int, rng: random.Random, *, in_training: bool) -> Iterator[Box]:
-    source = open_source(choice)
+def _endless(
+    choice: str, reading: Reading, seed: int, rng: random.Random, *, in_training: bool
+) -> Iterator[Box]:
+    source = open_source(choice, reading=reading)
     if isinstance(source, ListedBoxes):
         listed = [entry for entry in source.turn(0) if isinstance(entry, Box)]
         if not listed:
@@ -53,7 +55,7 @@ def _endless(choice: str, seed: int, rng: random.Random, *, in_training: bool) -
         first = rng.randrange(border) if in_training else rng.randrange(border, len(listed))
         for index in count(first):
             yield listed[index % len(listed)]
-    source = open_source(choice, seed)
+    source = open_source(choice, seed, reading)
     for turn in count():
         for entry in source.turn(turn):
             if isinstance(entry, Box):

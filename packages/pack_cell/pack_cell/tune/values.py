@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from conveyor_sim.streams import Reading
 from pack_msgs_py.profiles import Profile
 from pack_msgs_py.values import BinSpec
 
@@ -22,6 +23,7 @@ class TuneSettings:
     bin_spec : kind of the bins.
     profile : the packing rules.
     boxes : streams by name, which take turns.
+    reading : how those that are files are read.
     look_ahead : boxes that the algorithm may choose from.
     open_bins : bins that stand open at a time.
     scan_sigma_mm : standard deviation of each edge that the scanner measures.
@@ -46,6 +48,7 @@ class TuneSettings:
     seed: int = 1
     only: tuple[str, ...] = ()
     step: float = 0.08
+    reading: Reading = field(default_factory=Reading)
 
     @property
     def identity(self) -> dict[str, Any]:
@@ -54,6 +57,9 @@ class TuneSettings:
         lists = {'boxes': list(self.boxes), 'only': list(self.only)}
         values = {**asdict(self), **lists, 'bin_spec': bin_spec}
         del values['check_streams']
+        if self.reading == Reading():
+            # So that what was tried without it is known again.
+            del values['reading']
         return values
 
 

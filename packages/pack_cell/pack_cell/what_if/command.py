@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 from pack_cell.options.usual import USUAL_FACES
 from pack_cell.what_if.options import NO_ARM, combinations_of
+from pack_msgs_py.wording import how_many
 
 EXIT_OK, EXIT_FAULT, EXIT_USAGE, EXIT_INTERRUPTED = 0, 1, 2, 130
 
@@ -35,6 +36,9 @@ def _run(arguments: argparse.Namespace, command: str) -> int:
     from pack_cell.what_if.page import compare_page, write_outcomes
     from pack_cell.what_if.recommendation import recommendations
 
+    if getattr(arguments, 'order_by', '') and arguments.arm == NO_ARM:
+        msg = '--order-by needs --arm timed or physics: without an arm all orders share the bins'
+        raise ValueError(msg)
     arguments.grasp_faces = arguments.grasp_faces or USUAL_FACES[arguments.profile]
     combinations = combinations_of(arguments)
     source = source_of(arguments)
@@ -49,7 +53,7 @@ def _run(arguments: argparse.Namespace, command: str) -> int:
     pack = without_robot if arguments.arm == NO_ARM else with_arm
     outcomes = list(pack(combinations, arguments, look))
     about = [
-        f'{len(source.boxes)} boxes ({source.name}), '
+        f'{how_many(len(source.boxes), "box")} ({source.name}), '
         + ('1 order.' if arguments.orders == 1 else f'{arguments.orders} orders each.'),
         'Packed without a robot: what an arm cannot reach in time is not left out here.'
         if arguments.arm == NO_ARM

@@ -12,8 +12,8 @@ from typing import Any
 from conveyor_sim.streams import SYNTAX
 from pack_cell.options.declaration import DEFAULT_PROFILE
 from pack_cell.options.parsers import BadValue, NumberRange, whole
+from pack_cell.options.shared import add_jobs, add_profile, add_reading, add_seed
 from pack_cell.options.usual import GRASP_FACES, USUAL_ALGORITHM
-from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import BIN_KINDS, BinSpec, parse_bin
 
 #: What `cell run` knows of each, and no more.
@@ -66,18 +66,13 @@ def add_compare(verbs: Any) -> None:  # noqa: ANN401 - argparse does not name it
     )  # fmt: skip
     how = parser.add_argument_group('how')
     how.add_argument('--boxes', default='', metavar='BOXES', help=f'{SYNTAX}; default: cartons')
+    add_reading(how, orders=True)
     how.add_argument(
         '--orders', type=whole(1, 1000), default=3, metavar='N',
         help='shuffled orders of the boxes that each combination packs (default 3)',
     )  # fmt: skip
-    how.add_argument(
-        '--seed', type=whole(1, 2**31 - 1), default=1, metavar='N',
-        help='of these orders (default 1)',
-    )  # fmt: skip
-    how.add_argument(
-        '--profile', choices=tuple(PROFILES), default=DEFAULT_PROFILE,
-        help=f'packing rules (default {DEFAULT_PROFILE})',
-    )  # fmt: skip
+    add_seed(how, 'of these orders', low=1)
+    add_profile(how, DEFAULT_PROFILE)
     how.add_argument(
         '--grasp-faces', choices=tuple(GRASP_FACES), default='',
         help='faces by which the arm takes boxes (default: as in cell run with the profile)',
@@ -91,10 +86,7 @@ def add_compare(verbs: Any) -> None:  # noqa: ANN401 - argparse does not name it
         '--most-by-hand', type=NumberRange(0, 100), default=2.0, metavar='PERCENT',
         help='boxes that may be left for people without a setting being worse (default 2)',
     )  # fmt: skip
-    how.add_argument(
-        '--jobs', type=whole(1, 1024), default=1, metavar='N',
-        help='processes, without an arm (default 1)',
-    )  # fmt: skip
+    add_jobs(how, ', without an arm')
     how.add_argument(
         '--out', type=_page, default=Path('compare.html'), metavar='FILE',
         help='the page; a CSV lies beside it (default compare.html)',

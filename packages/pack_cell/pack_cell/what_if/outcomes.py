@@ -21,6 +21,7 @@ from pack_cell.bench.runner import Workers, run
 from pack_cell.bench.statistics import ci95
 from pack_cell.bench.streams import collection
 from pack_cell.bench.values import BenchSettings, Case, CollectionSource
+from pack_cell.options.shared import reading_of
 from pack_cell.options.usual import GRASP_FACES, SCAN_SIGMA_MM
 from pack_cell.what_if.options import Combination
 from pack_msgs_py.profiles import adapted, find_profile
@@ -54,12 +55,13 @@ class Outcome:
 
 def source_of(arguments: argparse.Namespace) -> CollectionSource:
     """The boxes, to be shuffled; ``ValueError`` when there is none."""
-    boxes, rejected = load_boxes(arguments.boxes)
+    reading = reading_of(arguments)
+    boxes, rejected = load_boxes(arguments.boxes, reading=reading)
     if not boxes:
         msg = f'{arguments.boxes} holds no usable box; {rejected[0].text}'
         raise ValueError(msg)
     return CollectionSource(
-        f'{open_source(arguments.boxes).name}, shuffled',
+        f'{open_source(arguments.boxes, reading=reading).name}, shuffled',
         tuple(boxes),
         in_order=True,
         shuffle=arguments.seed,
@@ -164,6 +166,7 @@ def _run_cell(
             '--open-bins', combination.open_bins, '--look-ahead', combination.look_ahead,
             '--profile', arguments.profile, '--grasp-faces', arguments.grasp_faces,
             '--arm', arguments.arm, '--out', folder,
+            *(['--order-by', 'destination'] if getattr(arguments, 'order_by', '') else []),
         ]  # fmt: skip
         done = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=False)
         if not summary.exists():

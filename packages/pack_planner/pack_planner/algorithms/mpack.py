@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from pack_msgs_py.codes import PlacementStatus
 from pack_msgs_py.values import Bin, BinSpec, Box
+from pack_msgs_py.wording import how_many
 from pack_planner.algorithms.base import Choice, Problem
 from pack_planner.algorithms.incumbent import best_incumbent, greedy
 from pack_planner.algorithms.registry import algorithm
@@ -83,7 +84,7 @@ def _select(problem: Problem, result: JointResult, fewest_left_out: bool) -> Cho
             if candidate is not chosen
         )
     reason = (
-        f'joint objective {result.objective:g} of {len(result.candidates)} boxes, '
+        f'joint objective {result.objective:g} of {how_many(len(result.candidates), "box")}, '
         f'at least {result.lower_bound:g}'
     )
     gap = result.gap if fewest_left_out else math.inf

@@ -18,6 +18,7 @@ from __future__ import annotations
 import numpy as np
 
 from pack_msgs_py.codes import PlacementStatus
+from pack_msgs_py.wording import how_many
 from pack_planner.algorithms.base import Choice, Problem
 from pack_planner.algorithms.mpack_lite import least_objective
 from pack_planner.algorithms.opack import opack
@@ -49,7 +50,8 @@ def best_plan(
             break
     order = np.argsort(totals, kind='stable')
     least = totals[order[0]]
-    reason = f'least waste {least:.2f} of {len(totals)} plans for {len(every)} boxes'
+    plans, boxes = how_many(len(totals), 'plan'), how_many(len(every), 'box')
+    reason = f'least waste {least:.2f} of {plans} for {boxes}'
     made_all = len(totals) == len(firsts)
     status = PlacementStatus.OPTIMAL if made_all else PlacementStatus.BUDGET
     chosen, *others = (outlook.candidate(firsts[number]) for number in order)

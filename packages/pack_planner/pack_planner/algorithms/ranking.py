@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pack_msgs_py.values import Box
+from pack_msgs_py.wording import how_many
 from pack_planner.algorithms.base import Choice, PackRule, Problem
 from pack_planner.engine import BinModel, Candidate, Engine
 from pack_planner.engine.engine import Forbidden
@@ -64,7 +65,7 @@ def nearest_box(problem: Problem, rule: PackRule) -> Choice | None:
     candidate = rule(problem.engine, problem.boxes[0], problem.bins, problem.forbidden)
     if candidate is None:
         return None
-    return Choice(candidate, reason=f'nearest of {len(problem.boxes)} boxes')
+    return Choice(candidate, reason=f'nearest of {how_many(len(problem.boxes), "box")}')
 
 
 def lowest_first(spots: Spots, model: BinModel) -> Sequence[NDArray[np.generic]]:

@@ -13,6 +13,7 @@ from pack_msgs_py.geometry.resting import resting_pose
 from pack_msgs_py.orientation import QUATERNIONS
 from pack_msgs_py.rules import may_enter
 from pack_msgs_py.values import Bin, Box, PlacedBox
+from pack_msgs_py.wording import how_many
 from pack_planner.algorithms.base import Choice, Memory
 from pack_planner.algorithms.warm_up import warm_up
 from pack_planner.decision.bin_closing import next_destination
@@ -207,8 +208,8 @@ class Planner:
             models = [engine.model(other) for other in bins]
             if engine.best_placement(box, models, state.forbidden) is None:
                 text = (
-                    f'the arm refused box {box.id!r} {len(refused)} times in the empty bin '
-                    f'{target.id!r} and no other placement is left'
+                    f'the arm refused box {box.id!r} {how_many(len(refused), "time")} in the '
+                    f'empty bin {target.id!r} and no other placement is left'
                 )
                 return Reason.UNREACHABLE, text
         return None

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pack_msgs_py.values import Bin, Int3, PlacedBox
+from pack_msgs_py.wording import how_many
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -52,7 +53,9 @@ def draw_bin(target: Bin, file: str | Path | None = None, *, names: bool = False
     axes = figure.add_subplot()
     axes.set_aspect('equal')
     axes.set_axis_off()
-    axes.set_title(f'{target.spec.name}: {len(target.boxes)} boxes, {target.fill_rate:.1%} full')
+    axes.set_title(
+        f'{target.spec.name}: {how_many(len(target.boxes), "box")}, {target.fill_rate:.1%} full'
+    )
     _draw_edges(axes, size, 0, hidden=True)
     colours = colormaps['tab20'].colors  # type: ignore[attr-defined]
     number = {placed.box.id: index for index, placed in enumerate(target.boxes)}

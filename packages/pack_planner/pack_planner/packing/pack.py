@@ -12,6 +12,7 @@ from pack_msgs_py.profiles import Profile, find_profile
 from pack_msgs_py.rules import Violation
 from pack_msgs_py.validator import validate_bins
 from pack_msgs_py.values import Bin, BinSpec, Box, check_box, parse_bin
+from pack_msgs_py.wording import how_many
 from pack_planner.algorithms import Algorithm, find_algorithm
 from pack_planner.algorithms.tuned_tables import check_table, read_table
 from pack_planner.algorithms.tuned_weights import TunedTable
@@ -120,8 +121,9 @@ class PackingFigures:
 
     def __str__(self) -> str:
         mean, most = self.decision_s['mean'], self.decision_s['max']
+        packed = f'{how_many(self.boxes, "box")} in {how_many(self.bins, "bin")}'
         lines = [
-            f'{self.boxes} boxes in {self.bins} bins, {self.unplaced} unplaced',
+            f'{packed}, {self.unplaced} unplaced',
             f'fill: {_percent(self.fill_closed)} of closed bins, {_percent(self.fill_all)} of all',
         ]
         if mean is not None and most is not None:
