@@ -3,6 +3,7 @@
 import csv
 import json
 import subprocess
+from dataclasses import replace
 
 import pytest
 
@@ -79,6 +80,14 @@ def test_the_fullest_is_recommended():
 def test_half_a_point_is_worth_no_longer_look_ahead_and_no_other_bin():
     cheap = outcome(60.8, look_ahead=4)
     assert chosen([outcome(61.2, look_ahead=6), cheap, outcome(61.0, open_bins=3)], 2.0) is cheap
+
+
+def test_a_wide_interval_is_said_to_be_one():
+    [wide], [narrow] = (
+        recommendations([replace(outcome(58.0), fill_ci=half)], 2.0) for half in (12.0, 2.0)
+    )
+    assert '(± 12.0)' in wide and '--orders' in wide
+    assert '(± 2.0)' in narrow and '--orders' not in narrow
 
 
 def test_what_leaves_more_for_people_is_not_taken_for_its_fill():

@@ -18,6 +18,8 @@ _INTRODUCTION = (
     'bin when for the first time nothing fitted.'
 )
 
+#: Rows of a table that is printed on one page.
+_SHORT = 20
 _TEXT_COLUMNS = ('bin', 'algorithm', 'status')
 
 
@@ -30,7 +32,7 @@ def page(records: Sequence[JsonObject], command: str) -> str:
         f'<p>{_INTRODUCTION}</p>',
         f'<ul>{sources}</ul>',
         '<h2>Fill and time against look-ahead</h2>',
-        f'<figure>{figure.svg(records)}</figure>',
+        f'<figure class="plot">{figure.svg(records)}</figure>',
     ]
     if any(record['paper'] for record in records):
         parts += [
@@ -63,7 +65,10 @@ def _table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
         )
         lines.append(f'<tr{" class=first" if group != before else ""}>{cells}</tr>')
         before = group
-    return f'<div class="scroll"><table><tr>{head}</tr>\n' + '\n'.join(lines) + '</table></div>'
+    # One that fits on a sheet of paper is not divided between two.
+    whole = ' class="short"' if len(lines) <= _SHORT else ''
+    top, body = f'<thead><tr>{head}</tr></thead>', '\n'.join(lines)
+    return f'<div class="scroll"><table{whole}>{top}\n<tbody>{body}</tbody></table></div>'
 
 
 def _unplaced(records: Sequence[JsonObject]) -> list[str]:

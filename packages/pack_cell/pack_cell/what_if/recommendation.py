@@ -9,6 +9,8 @@ from pack_msgs_py.values import BinSpec, Walls
 
 #: Points of fill that are worth neither another open bin nor a longer look-ahead.
 ALIKE = 0.5
+#: Points of fill; an interval that reaches farther to either side tells little.
+WIDE = 5.0
 
 _CALLED = {Walls.CLOSED: 'bins', Walls.OPEN_FRONT: 'roller cages', Walls.NONE: 'pallets'}
 
@@ -93,4 +95,6 @@ def _why(best: Outcome, group: Sequence[Outcome]) -> str:
             texts.append(f'{what} would be {gain:.1f} points fuller.')
     if best.deadline_misses:
         texts.append(f'{best.deadline_misses} deadlines were missed.')
+    if best.fill_ci is not None and best.fill_ci > WIDE:
+        texts.append('That interval is wide: more boxes or --orders make it narrower.')
     return ' '.join(text[0].upper() + text[1:] for text in texts)
