@@ -129,3 +129,19 @@ def test_the_page_of_several_runs_holds_all_of_them(tmp_path):
     assert '&lt;one&gt;' in page and '<one>' not in page
     assert 'robot time of a box' in page and 'All settings' in page
     assert page.count('class="cards"') == 2
+
+
+def test_copies_of_one_file_in_each_run_are_no_difference(tmp_path):
+    runs = []
+    for name, content in (('one', 'a,1\n'), ('two', 'a,1\n'), ('three', 'b,2\n')):
+        runs.append(run(tmp_path / name, [ROW]))
+        copy = tmp_path / name / 'config' / 'kept' / 'boxes' / 'mine.csv'
+        copy.parent.mkdir(parents=True)
+        copy.write_text(content)
+        text = yaml.safe_dump({'/**': {'ros__parameters': {'boxes_file': str(copy)}}})
+        (tmp_path / name / 'config' / 'conveyor.param.yaml').write_text(text)
+    assert settings_that_differ(runs[:2]) == []
+    [(name, [first, _, third])] = settings_that_differ(runs)
+    assert name == 'boxes'
+    assert first != third
+    assert {text.split()[0] for text in (first, third)} == {'mine.csv'}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,9 @@ import yaml
 
 from pack_cell.options.declaration import declared_options
 from pack_cell.options.run_options import RunOptions
+
+#: Where in the folder of a run the files lie that it was begun with.
+_KEPT = 'config/kept/'
 
 
 def run_settings(folder: Path) -> dict[str, str]:
@@ -22,7 +26,7 @@ def run_settings(folder: Path) -> dict[str, str]:
     for named in declared_options(RunOptions):
         for parameter in named.declaration.parameters:
             if parameter in parameters:
-                settings[named.argument.replace('_', ' ')] = _text(parameters[parameter])
+                settings[named.argument.replace('_', ' ')] = _text(parameters[parameter], folder)
                 break
     return settings
 
@@ -39,7 +43,21 @@ def _parameters(config: Path) -> Iterator[tuple[str, Any]]:
             continue
 
 
-def _text(value: Any) -> str:  # noqa: ANN401 - whatever a parameter holds
+def _text(value: Any, folder: Path) -> str:  # noqa: ANN401 - whatever a parameter holds
     if isinstance(value, bool):
         return 'on' if value else 'off'
+    if isinstance(value, str) and _KEPT in value:
+        return _kept_file(folder / value[value.index(_KEPT) :])
     return f'{value:g}' if isinstance(value, float) else str(value)
+
+
+def _kept_file(path: Path) -> str:
+    """A file of which each run has a copy, by its name and what is in it: the same in all of them.
+
+    Also where the folder of the run was moved since.
+    """
+    try:
+        digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError:
+        return path.name
+    return f'{path.name} ({digest[:6]})'
