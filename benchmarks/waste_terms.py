@@ -24,8 +24,7 @@ from pack_msgs_py.profiles import PROFILES, Profile
 from pack_msgs_py.values import Box
 from pack_planner import pack
 from pack_planner.algorithms.base import Choice, Problem
-from pack_planner.algorithms.foresight import WEIGHTS
-from pack_planner.algorithms.play_out import best_plan
+from pack_planner.algorithms.foresight import foresight, weights_by
 from pack_planner.algorithms.waste_weights import WasteWeights
 
 #: What is changed where nothing else is asked for.
@@ -35,19 +34,19 @@ CHANGES = (
 )  # fmt: skip
 
 
-def changed(text: str) -> WasteWeights:
-    """The weights of `foresight`, but for ``text``: pairs name=value."""
-    kinds = {each.name: type(getattr(WEIGHTS, each.name)) for each in fields(WEIGHTS)}
+def changed(own: WasteWeights, text: str) -> WasteWeights:
+    """``own`` but for ``text``: pairs name=value."""
+    kinds = {each.name: type(getattr(own, each.name)) for each in fields(own)}
     pairs = [pair.split('=') for pair in text.split()]
-    return replace(WEIGHTS, **{name: kinds[name](float(value)) for name, value in pairs})
+    return replace(own, **{name: kinds[name](float(value)) for name, value in pairs})
 
 
 def fill(boxes: Sequence[Box], bin_name: str, profile: Profile, bins: int, text: str) -> float:
     """Mean fill rate of the closed bins, percent, of one stream."""
-    weights = changed(text)
+    weights = changed(weights_by(profile, bins), text)
 
     def with_these_weights(problem: Problem) -> Choice | None:
-        return best_plan(problem, weights)
+        return foresight(replace(problem, weights=weights))
 
     figures = pack(boxes, bin_name, with_these_weights, 5, bins, profile, budget_s=600.0).finish()
     if figures.fill_closed is None:

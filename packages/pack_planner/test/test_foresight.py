@@ -12,6 +12,7 @@ from pack_msgs_py.profiles import PROFILES
 from pack_msgs_py.values import Bin, Box, PlacedBox, parse_bin
 from pack_planner import pack
 from pack_planner.algorithms import Problem, find_algorithm
+from pack_planner.algorithms.foresight import WEIGHTS, foresight
 from pack_planner.engine import Engine
 
 UPRIGHT = replace(PROFILES['dense'], orientations='upright')
@@ -43,3 +44,14 @@ def test_it_knows_the_place_flush_with_the_far_wall(name, x_mm):
     tall = Box('tall', (246.0, 386.0, 300.0))
     choice = find_algorithm(name)(Problem(engine, (tall,), (engine.model(content),)))
     assert choice.candidate.placed.corner_mm == (x_mm, 0, 0)
+
+
+@pytest.mark.parametrize(('late', 'first'), [(0.0, 'far'), (WEIGHTS.late, 'near')])
+def test_of_two_plans_as_good_it_begins_with_the_box_that_needs_no_tray(late, first):
+    """The large one, which must be tipped, has farther to come to the tray."""
+    boxes = (Box('near', (300.0, 250.0, 190.0)), Box('far', (200.0, 300.0, 260.0)))
+    engine = Engine(PROFILES['dense'])
+    low = Bin('b', 1, parse_bin('80x60x20'))
+    weights = replace(WEIGHTS, late=late)
+    choice = foresight(Problem(engine, boxes, (engine.model(low),), weights=weights))
+    assert choice.candidate.placed.box.id == first

@@ -17,10 +17,13 @@ the sizes to come that find no place there any more, times the number of such bo
 (:mod:`pack_planner.algorithms.sizes_to_come`): a bin into which nothing fits is closed. With more
 bins what does not fit into one fits into another, and the term costs a point or two.
 
-docs/benchmarks/foresight.md has what each of these is worth. Where corners must rest on tops, the
-weights of `rollout` take the place of those that it has too. Where nothing else is asked (profile
-`paper`), columns are finished first: the waste has ``- 0.8 top / height of the bin``, more of
-``above`` and ``beside``, and 0.5 of the share of the base that nothing carries.
+A box that is to be tipped next costs 0.03 for each that is nearer to the tilt tray: the farther it
+has to come, the less of the tip is hidden behind the motion before.
+
+docs/benchmarks/foresight.md has what each of these is worth. Where corners must rest on tops,
+columns are finished first: the waste has ``- 0.8 top / height of the bin`` and 0.5 of the share of
+the base that nothing carries, more of ``beside``, and a box that finds no place any more costs as
+much as several bad places. Profile `paper` knows no arm, so nothing is shut off from one there.
 """
 
 from __future__ import annotations
@@ -38,16 +41,17 @@ from pack_planner.algorithms.waste_weights import WasteWeights
 WEIGHTS = WasteWeights(
     lost=0.6, touched=2.1, level=0.5, spread=0.0, younger=0.5, large_first=1.35, no_place=1.15,
     snug=0.3, near_mm=60.0, far_ends=True, level_mm=2.0, above=0.6, beside=0.3, shut_off=3.0,
-    room=0.4,
+    room=0.4, late=0.03,
 )  # fmt: skip
 
 WEIGHTS_BY_VERTICES = replace(
-    OF_ROLLOUT, far_ends=True, level_mm=2.0, above=0.6, beside=0.3, shut_off=3.0
+    OF_ROLLOUT, lost=1.5, level=0.3, younger=3.0, no_place=9.0, far_ends=True, level_mm=2.0,
+    hollow=0.5, above=0.6, beside=0.6, tall=-0.8, shut_off=1.0,
 )  # fmt: skip
 
 WEIGHTS_OF_PAPER = replace(
-    WEIGHTS_BY_VERTICES, younger=1.0, no_place=10.0, snug=0.3, near_mm=60.0, hollow=0.5,
-    above=1.2, beside=0.7, tall=-0.8,
+    WEIGHTS_BY_VERTICES, lost=3.0, level=0.5, younger=1.0, no_place=10.0, snug=0.3, near_mm=60.0,
+    above=1.2, beside=0.7, shut_off=0.0,
 )  # fmt: skip
 
 

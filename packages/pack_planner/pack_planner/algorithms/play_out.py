@@ -40,12 +40,14 @@ def best_plan(
     outlook = Outlook(problem, weights, alike)
     every = range(len(problem.boxes))
     moves = [move for target in outlook.bins for box in every for move in target.moves(every)[box]]
-    firsts = sorted(moves, key=lambda move: move.rank)[:FIRST_MOVES]
+    waits = {move: outlook.waits(move) for move in moves}
+    firsts = sorted(moves, key=lambda move: move.rank + waits[move])[:FIRST_MOVES]
     if not firsts:
         return opack(problem, least_objective)
     totals = []
     for first in firsts:
-        totals.append(_played_out(outlook.bins, first, weights, len(problem.boxes)))
+        played_out = _played_out(outlook.bins, first, weights, len(problem.boxes))
+        totals.append(played_out + waits[first])
         if outlook.is_over():
             break
     order = np.argsort(totals, kind='stable')

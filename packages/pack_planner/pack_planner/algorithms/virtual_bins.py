@@ -111,6 +111,16 @@ class Outlook:
         orientation = ORIENTATIONS[int(numbers[row])]
         return PlacedBox(self.problem.boxes[move.box], (x, y, z), (dx, dy, dz), orientation)
 
+    def waits(self, move: Move) -> float:
+        """What ``move``, made next, costs by the tip of its box that no motion hides.
+
+        Nothing in a cage: the way into one takes so long that it hides the tip.
+        """
+        tipped = not ORIENTATIONS[int(self._arrays[1][move.place[3]])].endswith('z')
+        walls = self.bins[move.bin_index].model.source.spec.walls
+        hidden = not tipped or walls is Walls.OPEN_FRONT
+        return 0.0 if hidden else self.weights.late * move.box
+
     def candidate(self, move: Move) -> Candidate:
         """``move`` as the answer of an algorithm."""
         placed = self.placed(move)

@@ -52,6 +52,9 @@ class WasteWeights:
         no place any more once the whole plan is done, times the number of such boxes that have the
         volume of the bin: what a box takes of that is about the same in a large bin and in a small
         one. See :mod:`pack_planner.algorithms.sizes_to_come`.
+    late : for a box that is tipped next, times how many boxes of the look-ahead are nearer: the
+        farther it has to come to the tray, the less of the tip is hidden behind the last motion;
+        into a cage with an open front motions are long enough.
     mixed : how many mixtures of sizes stand beside each known box there.
     """
 
@@ -74,6 +77,7 @@ class WasteWeights:
     shut_off: float = 0.0
     choices: float = 2.0
     room: float = 0.0
+    late: float = 0.0
     mixed: int = 1
 
     def __post_init__(self) -> None:
