@@ -74,7 +74,7 @@ PROFILES: dict[str, Profile] = {
     'cell': Profile(
         'cell',
         resolution_z_mm=1,
-        clearance_mm=4.0,
+        clearance_mm=2.0,
         orientations='upright',
         support_tolerance_mm=2,
         com_margin_mm=15.0,

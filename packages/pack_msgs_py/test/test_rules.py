@@ -170,16 +170,16 @@ def test_the_paper_profile_rounds_up_and_keeps_whole_centimetres():
 
 def test_the_footprint_keeps_a_margin_for_the_error_of_the_scanner_where_the_profile_wants_it():
     box = Box('a', (590, 390, 270.3), size_stddev_mm=(4.0, 2.0, 2.0))
-    assert planned_size(box, 'yxz', PROFILES['cell']) == (400, 610, 271)
+    assert planned_size(box, 'yxz', PROFILES['cell']) == (400, 600, 271)
     assert planned_size(box, 'yxz', PAPER) == (390, 590, 280)
 
 
 def test_a_box_that_may_lie_askew_keeps_more_room_across_than_along():
     box = Box('a', (592.0, 192.0, 270.0), size_stddev_mm=(2.0, 2.0, 2.0), yaw_stddev_rad=0.01)
     fine = replace(PROFILES['cell'], resolution_mm=1)
-    # Along it 592 + 4 + 2 * hypot(2, 1.92), across it 192 + 4 + 2 * hypot(2, 5.92).
-    assert planned_size(box, 'xyz', fine) == (602, 209, 270)
-    assert planned_size(box, 'yxz', fine) == (209, 602, 270)
+    # Along it 592 + 2 + 2 * hypot(2, 1.92), across it 192 + 2 + 2 * hypot(2, 5.92).
+    assert planned_size(box, 'xyz', fine) == (600, 207, 270)
+    assert planned_size(box, 'yxz', fine) == (207, 600, 270)
     assert planned_size(box, 'xyz', PAPER) == (600, 200, 270)
 
 
