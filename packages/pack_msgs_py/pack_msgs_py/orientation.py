@@ -49,6 +49,8 @@ TIPPED = {'x': 'zyx', 'y': 'xzy', 'z': 'xyz'}
 TRAY_MM, TRAY_HEIGHT_MM = 660.0, 500.0
 #: An edge swings past below that arm, with what it keeps clear of (diagonal of the tipped sides).
 TRAY_SWING_MM = 550.0
+#: And nothing is stood on a narrower face than this: neither tray nor pad would hold it.
+TIPPED_EDGE_MM = 50.0
 #: Robot time in which it tips a box, or tips it back, seconds: assumed, see docs/decisions.md.
 TILT_TIME_S = 1.5
 
@@ -120,7 +122,12 @@ def _tray_refusal(size_mm: Vec3, up: str) -> str:
         return ''
     tipped = oriented_size(size_mm, TIPPED[up])
     widest, high = max(*size_mm[:2], *tipped[:2]), tipped[2]
-    swing = math.hypot(high, size_mm[2])
+    swing, narrow = math.hypot(high, size_mm[2]), min(tipped[:2])
+    if narrow < TIPPED_EDGE_MM:
+        return (
+            f'it would stand on a face that is {narrow:g} mm narrow; tray and pad hold faces '
+            f'from {TIPPED_EDGE_MM:g} mm'
+        )
     if widest > TRAY_MM:
         return f'it is {widest:g} mm wide or deep; the tray takes {TRAY_MM:g} mm'
     if high > TRAY_HEIGHT_MM:

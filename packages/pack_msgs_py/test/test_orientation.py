@@ -134,8 +134,17 @@ def test_a_tray_brings_up_front_and_left_end():
         ((620, 200, 100), UP_POS_Z | UP_NEG_X | UP_NEG_Y, 'x'),
         ((300, 700, 150), UP_POS_Z | UP_NEG_X | UP_NEG_Y, 'xy'),
         ((450, 200, 400), UP_POS_Z | UP_NEG_X | UP_NEG_Y, 'x'),
+        ((300, 200, 49), UP_POS_Z | UP_NEG_X | UP_NEG_Y, 'xy'),
     ],
-    ids=['other faces up only', 'left end', 'front', 'too high', 'too long', 'swings too high'],
+    ids=[
+        'other faces up only',
+        'left end',
+        'front',
+        'too high',
+        'too long',
+        'swings too high',
+        'thin',
+    ],  # fmt: skip
 )
 def test_what_the_tray_cannot_bring_up_is_no_option(size_mm, allowed_up, refused):
     box = Box('b', size_mm, allowed_up=allowed_up)
