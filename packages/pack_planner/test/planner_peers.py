@@ -150,10 +150,13 @@ class Peers(Node):
 
     def _heartbeat(self):
         if self.beating:
-            msg = ExecutorState(mode=int(self.mode), active_box_id=self.active)
-            msg.header.stamp = self.get_clock().now().to_msg()
-            self._beat.publish(msg)
-            self._beat.assert_liveliness()
+            self.beat()
+
+    def beat(self):
+        msg = ExecutorState(mode=int(self.mode), active_box_id=self.active)
+        msg.header.stamp = self.get_clock().now().to_msg()
+        self._beat.publish(msg)
+        self._beat.assert_liveliness()
 
     def _swap(self, request, response):
         self.swapped.put(request.bin_id)

@@ -113,6 +113,16 @@ def test_a_scan_of_long_ago_or_of_another_frame_is_not_used(domain, spoil, said)
         assert peers.goals.wait(1)[1].box.id == 'good'
 
 
+def test_a_flood_of_heartbeats_costs_no_decision(domain, capfd):
+    with cell(domain, boxes(1)) as (peers, _):
+        for _ in range(5000):
+            peers.beat()
+        peers.send_all()
+        assert peers.goals.wait(1)[1].box.id == 'box-0'
+    said = capfd.readouterr().err
+    assert 'Traceback' not in said and 'Error' not in said, said
+
+
 CHANGES = [
     {'algorithm': 'o_first_fit', 'sort': 'arrival', 'selection': 'nearest'},
     {'algorithm': 'mpack_lite', 'cep': True, 'selection': 'largest'},
