@@ -182,7 +182,8 @@ def test_a_journal_of_release_0_1_is_read(tmp_path):
     with sqlite3.connect(tmp_path / 'executor.sqlite') as db:
         db.executescript((DATA / 'journal_of_0_1.sql').read_text(encoding='utf-8'))
     db.close()
-    journal = Journal(tmp_path, configuration(parse_bin('RC'), CELL))
+    then = replace(CELL, clearance_mm=4.0)
+    journal = Journal(tmp_path, configuration(parse_bin('RC'), then))
     [cage] = journal.open_bins()
     assert cage.spec == parse_bin('RC')
     [placed] = cage.boxes
