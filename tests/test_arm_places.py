@@ -14,11 +14,12 @@ pytest.importorskip('pybullet')
 
 BENCHMARK = Path(__file__).parents[1] / 'benchmarks' / 'arm_motion.py'
 DEADLINE_S = 5.5
-#: Median seconds per box to reach, and the share of first choices that the arm must be able to do.
+#: Median seconds per box to reach, and the share of first choices that the arm must be able to do;
+#: one of thirty is 3 %.
 KINDS = {
-    'EQ': (3.9, 0.97),
-    'LDC': (4.0, 0.97),
-    'SYN': (3.6, 0.97),
+    'EQ': (3.9, 0.93),
+    'LDC': (4.0, 0.93),
+    'SYN': (3.6, 0.93),
     'PAL': (4.4, 0.90),
     'RC': (5.0, 0.75),
 }

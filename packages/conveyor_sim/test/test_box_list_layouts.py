@@ -144,7 +144,7 @@ def test_an_item_sequence_may_be_a_list_and_properties_are_named(read):
     found = read(json.dumps({'7': order}), 'orders.json', order_by='order_id')
     assert [(box.id, box.destination) for box in found.entries] == [('7-1', '7'), ('7-2', '7')]
     assert dict(found.entries[0].extra) == {'sku': '17', 'order_id': '7'}
-    assert 'property target of the orders: euro-pallet (1 orders); --bin says which' in notes(found)
+    assert 'property target of the orders: euro-pallet (1 order); --bin says which' in notes(found)
 
 
 @pytest.mark.parametrize('name', ['list.json', 'list.jsonl', 'list.txt'])

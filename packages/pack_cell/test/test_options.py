@@ -114,7 +114,7 @@ def test_the_scanner_is_as_good_as_the_profile_says_unless_told_otherwise(
 @pytest.mark.parametrize(
     ('arguments', 'clearance_mm', 'resolution_mm'),
     [
-        ([], 4.0, 10),
+        ([], 2.0, 10),
         (['--profile', 'paper'], 0.0, 10),
         (['--profile', 'dense', '--clearance', '1.5', '--resolution', '1'], 1.5, 1),
         (['--clearance', '0'], 0.0, 10),

@@ -144,7 +144,7 @@ def test_a_tray_brings_up_front_and_left_end():
         'too long',
         'swings too high',
         'thin',
-    ],  # fmt: skip
+    ],
 )
 def test_what_the_tray_cannot_bring_up_is_no_option(size_mm, allowed_up, refused):
     box = Box('b', size_mm, allowed_up=allowed_up)

@@ -89,7 +89,7 @@ def test_the_library_packs_where_nothing_else_is_installed(python, tmp_path):
         [python, '-c', PROBE], cwd=tmp_path, env=environment, capture_output=True, text=True,
         check=True,
     ).stdout  # fmt: skip
-    assert printed.count('8 boxes in 1 bins, 0 unplaced') == 3
+    assert printed.count('8 boxes in 1 bin, 0 unplaced') == 3
 
 
 def test_the_node_says_that_it_needs_ros(python, tmp_path):

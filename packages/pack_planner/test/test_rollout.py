@@ -80,7 +80,7 @@ def test_a_decision_ends_with_its_nodes_and_has_an_answer(cell):
     cut, whole = (decide(cell, boxes, target, node_limit=limit) for limit in (4, None))
     assert (cut.status, whole.status) == (PlacementStatus.BUDGET, PlacementStatus.OPTIMAL)
     assert cut == decide(cell, boxes, target, node_limit=4)
-    assert 'of 1 plans' in cut.reason and 'of 1 plans' not in whole.reason
+    assert 'of 1 plan ' in cut.reason and 'of 1 plan ' not in whole.reason
     late = decide(cell, boxes, target, budget_s=0.0)
     assert late.candidate == decide(cell, boxes, target, node_limit=0).candidate
 

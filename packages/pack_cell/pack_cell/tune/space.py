@@ -19,7 +19,7 @@ LIMITS = {
     'spread': (-0.6, 1.2),
     'younger': (0.0, 4.0),
     'large_first': (0.0, 4.0),
-    'no_place': (0.0, 6.0),
+    'no_place': (0.0, 16.0),
     'snug': (-0.5, 1.5),
     'near_mm': (20.0, 160.0),
     'level_mm': (0.0, 30.0),
@@ -31,6 +31,7 @@ LIMITS = {
     'shut_off': (0.0, 4.0),
     'choices': (1.0, 6.0),
     'room': (0.0, 2.0),
+    'late': (0.0, 0.5),
 }
 UNIT = 'touched'
 
