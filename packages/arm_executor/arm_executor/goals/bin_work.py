@@ -8,10 +8,9 @@ from arm_executor.bins.cut_off import CutOffAnswer, CutOffs
 from arm_executor.bins.hand_work import HandWork
 from arm_executor.bins.set_aside import vacant_stations
 from arm_executor.goals.core import ExecutorCore
-from arm_executor.goals.outputs import BinClosed, Happened, Said
+from arm_executor.goals.outputs import BinClosed, Happened, Said, closed_with
 from pack_msgs_py.codes import Mode
 from pack_msgs_py.values import Bin, PlacedBox
-from pack_msgs_py.wording import how_many
 
 #: The arm begins no motion in these modes, so that people may reach into the bins.
 _ARM_STANDS = (Mode.PAUSED, Mode.ALARM)
@@ -37,7 +36,7 @@ class BinWork:
         old = self._book.state.named(name)
         if self._closings.close(old, self._swap):
             new = self._book.state.named(old.station)
-            return f'{_closed_with(old)}; empty bin {new.id} is open'
+            return f'{closed_with(old)}; empty bin {new.id} is open'
         return f'bin {old.id} is swapped as soon as the box on its way into it rests'
 
     def _swap(self, bin_: Bin) -> None:
@@ -49,7 +48,7 @@ class BinWork:
         old = self._book.state.named(name)
         if self._closings.close(old, self._close):
             station = old.station
-            return f'{_closed_with(old)}; station {station} stays empty until: cell swap {station}'
+            return f'{closed_with(old)}; station {station} stays empty until: cell swap {station}'
         return f'bin {old.id} is closed as soon as the box on its way into it rests'
 
     def _close(self, bin_: Bin) -> None:
@@ -124,7 +123,3 @@ class BinWork:
     def goal_ended(self) -> None:
         """Bins that are to be closed may now be free."""
         self._closings.goal_ended()
-
-
-def _closed_with(old: Bin) -> str:
-    return f'bin {old.id} closed with {how_many(len(old.boxes), "box")}'

@@ -36,6 +36,8 @@ from arm_executor.goals.outputs import (
     Said,
     Status,
     Ticket,
+    closed_with,
+    contents,
 )
 from arm_executor.goals.place_goal import PlaceGoal
 from arm_executor.goals.placing import Placing, Tools
@@ -49,7 +51,6 @@ from arm_executor.parameters import ExecutorSettings
 from pack_msgs_py.cell_values import Scan
 from pack_msgs_py.codes import ErrorCode
 from pack_msgs_py.values import Bin
-from pack_msgs_py.wording import how_many
 
 #: An arm that does not come to rest so long after the watchdog stopped it is a fault.
 HUNG_S = 3.0
@@ -242,8 +243,7 @@ class ExecutorCore:
             raise BookError(str(error)) from error
         self.emit(BinClosed(old, poses))
         self.bins_worked_on()
-        boxes = how_many(len(old.boxes), 'box')
-        self.emit(Said('info', f'bin {old.id} closed with {boxes}, {new.id} open'))
+        self.emit(Said('info', f'{closed_with(old)}, {new.id} open'))
         return new
 
     def check_usable(self) -> None:
@@ -330,8 +330,7 @@ class ExecutorCore:
         )
         self._condition.ready = True
         self.emit(BinsChanged(self._book.state))
-        bins = (f'{bin_.id} ({how_many(len(bin_.boxes), "box")})' for bin_ in self._book.state.bins)
-        self.emit(Said('info', f'ready; open bins: {", ".join(bins)}'))
+        self.emit(Said('info', f'ready; open bins: {contents(self._book.state.bins)}'))
 
     def _ready(self) -> Tools:
         if self._tools is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
@@ -12,6 +12,7 @@ from pack_msgs_py.cell_values import BoxEvent, Report
 from pack_msgs_py.codes import ErrorCode, Mode, Phase
 from pack_msgs_py.geometry.pose import Pose
 from pack_msgs_py.values import Bin
+from pack_msgs_py.wording import how_many
 
 #: What a request is told apart by; only the one who asked understands it.
 Ticket: TypeAlias = Any
@@ -37,6 +38,16 @@ class BinClosed:
 
     bin: Bin
     poses: Mapping[str, Pose]
+
+
+def closed_with(old: Bin) -> str:
+    """What is said of a bin that was closed."""
+    return f'bin {old.id} closed with {how_many(len(old.boxes), "box")}'
+
+
+def contents(bins: Iterable[Bin]) -> str:
+    """Which bins, and how many boxes are in each."""
+    return ', '.join(f'{bin_.id} ({how_many(len(bin_.boxes), "box")})' for bin_ in bins)
 
 
 @dataclass(frozen=True)
